@@ -1,0 +1,5 @@
+//! hexsense core.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod kinematics;

@@ -1,0 +1,2 @@
+//! virtual-board
+fn main() {}
