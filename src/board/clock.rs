@@ -1,0 +1,86 @@
+//! The clock tree: 24 MHz crystal (HSE) → PLL → 150 MHz for core, buses and timers, 37.5 MHz for the converters.
+//!
+//! The sampling period is only as good as its clock, and a drive frequency enters an acceleration as its square.
+//! Without the crystal the board runs on the internal oscillator (about 1 %), so that the host can be told, and
+//! says [`Source::Internal`] in its status: that board refuses to calibrate.
+
+use embassy_stm32::pac;
+use embassy_stm32::rcc::{self, mux};
+use embassy_stm32::time::Hertz;
+
+use super::timing::{CORE_HZ, CRYSTAL_START_MS};
+
+const CRYSTAL_HZ: u32 = 24_000_000;
+/// The core's clock after reset, Hz.
+const RESET_HZ: u32 = 16_000_000;
+
+/// What the core's clock is derived from.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum Source {
+    /// The 24 MHz crystal, within 50 ppm.
+    Crystal,
+    /// The internal oscillator, about 1 %: the crystal did not start.
+    Internal,
+}
+
+/// Configuration for `embassy_stm32::init`, and the source that it uses. Starts the crystal to see whether it runs.
+pub fn configuration() -> (embassy_stm32::Config, Source) {
+    let source = start_crystal();
+    let mut config = embassy_stm32::Config::default();
+    let (pll_source, prediv, mul) = match source {
+        // 24 MHz / 4 · 50 = 300 MHz, and 16 MHz / 4 · 75 = 300 MHz.
+        Source::Crystal => (
+            rcc::PllSource::HSE,
+            rcc::PllPreDiv::DIV4,
+            rcc::PllMul::MUL50,
+        ),
+        Source::Internal => (
+            rcc::PllSource::HSI,
+            rcc::PllPreDiv::DIV4,
+            rcc::PllMul::MUL75,
+        ),
+    };
+    config.rcc.hse = (source == Source::Crystal).then_some(rcc::Hse {
+        freq: Hertz(CRYSTAL_HZ),
+        mode: rcc::HseMode::Oscillator,
+    });
+    config.rcc.pll = Some(rcc::Pll {
+        source: pll_source,
+        prediv,
+        mul,
+        divp: None,
+        divq: None,
+        divr: Some(rcc::PllRDiv::DIV2),
+    });
+    config.rcc.sys = rcc::Sysclk::PLL1_R;
+    config.rcc.hsi48 = None;
+    config.rcc.mux.adc12sel = mux::Adcsel::SYS;
+    config.rcc.mux.adc345sel = mux::Adcsel::SYS;
+    config.rcc.mux.lpuart1sel = mux::Uartsel::PCLK1;
+    (config, source)
+}
+
+/// Switches the crystal on and waits a bounded time for it; `embassy_stm32::init` would wait for ever.
+fn start_crystal() -> Source {
+    // Each turn reads a register over the bus, which takes more than four core cycles.
+    const TURNS: u32 = RESET_HZ / 1_000 * CRYSTAL_START_MS / 4;
+    pac::RCC.cr().modify(|cr| cr.set_hseon(true));
+    for _ in 0..TURNS {
+        if pac::RCC.cr().read().hserdy() {
+            return Source::Crystal;
+        }
+    }
+    Source::Internal
+}
+
+/// Checks that the tree gives what every constant in [`super::timing`] assumes.
+///
+/// # Panics
+/// When it does not: a mistake of the build, not of the input.
+pub fn check(clocks: &rcc::Clocks) {
+    let core = clocks.sys.to_hertz();
+    assert!(
+        core == Some(Hertz(CORE_HZ)),
+        "the core does not run at 150 MHz"
+    );
+}

@@ -1,0 +1,79 @@
+//! Every timing constant of the board, with its reason.
+//!
+//! The chain from crystal to sample is exact: 24 MHz · 25 / 4 = 150 MHz; TIM6 divides that by 3 and by a whole
+//! number for each rate; so 1, 2 and 4 kHz are what they say, to the crystal's tolerance.
+
+use embassy_stm32::adc::SampleTime;
+use embassy_time::Duration;
+use hexsense::channel::INERTIAL;
+use hexsense::sampling::{BLOCK, RATES_HZ};
+
+/// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
+pub const CORE_HZ: u32 = 150_000_000;
+/// Clock of the converters, Hz: a quarter of the bus clock. 60 MHz is their limit, and a half would exceed it.
+pub const ADC_HZ: u32 = CORE_HZ / 4;
+
+/// Conversions that the hardware adds up into one count.
+pub const OVERSAMPLING: u32 = 16;
+/// Code of that ratio in the register ADC_CFGR2.OVSR, for 2^(code + 1).
+pub const OVERSAMPLING_CODE: u8 = 3;
+
+/// Sampling time of one conversion. The longest that still fits nine channels into the shortest period: 1.27 µs let
+/// the sensors' filters (up to 1 kΩ) settle to a fraction of a code.
+pub const SAMPLE_TIME: SampleTime = SampleTime::CYCLES47_5;
+/// Cycles of the converter's clock for one conversion: 47.5 of sampling and 12.5 of approximation.
+pub const CONVERSION_CYCLES: u32 = 60;
+/// Duration of one channel's sixteen conversions, ns: also the delay from one rank to the next.
+pub const RANK_NS: u32 =
+    (CONVERSION_CYCLES as u64 * OVERSAMPLING as u64 * 1_000_000_000 / ADC_HZ as u64) as u32;
+/// Duration of a whole scan, ns: nine ranks of ADC1, while ADC2 does six beside them.
+pub const SCAN_NS: u32 = RANK_NS * INERTIAL as u32;
+
+/// Prescaler of TIM6: without it a period of 1 kHz does not fit into 16 bits.
+pub const TRIGGER_PRESCALER: u32 = 3;
+
+/// Cycles of the prescaled timer clock in one period at `rate_hz`.
+pub const fn trigger_ticks(rate_hz: u32) -> u32 {
+    CORE_HZ / TRIGGER_PRESCALER / rate_hz
+}
+
+/// A converter that was triggered while still busy ignores the trigger, and the rate would halve without a sign.
+/// So a scan must fit the period, with 5 % to spare.
+const _: () = {
+    let mut i = 0;
+    while i < RATES_HZ.len() {
+        let rate = RATES_HZ[i];
+        assert!(
+            CORE_HZ.is_multiple_of(TRIGGER_PRESCALER * rate),
+            "the rate is not exact"
+        );
+        assert!(
+            trigger_ticks(rate) <= 1 << 16,
+            "the period does not fit the timer"
+        );
+        assert!(
+            SCAN_NS / 95 * 100 < 1_000_000_000 / rate,
+            "the scan does not fit the period"
+        );
+        i += 1;
+    }
+};
+
+/// How long to wait for a block before the converters count as stuck: three blocks.
+pub fn block_timeout(rate_hz: u32) -> Duration {
+    Duration::from_micros(3 * BLOCK as u64 * 1_000_000 / u64::from(rate_hz))
+}
+
+/// Supply and temperature change over seconds; ten readings a second leave room for averaging.
+pub const SUPPLY_PERIOD: Duration = Duration::from_millis(100);
+
+/// Bit rate of the link. A scan of fifteen counts at 4 kHz is 1 Mbit/s; the ST-LINK carries 2 Mbit/s.
+pub const LINK_BAUD: u32 = 2_000_000;
+
+/// The watchdog resets a board that makes no progress for so long: longer than the slowest flash operation
+/// (an erased page is 22 ms, an archive that is tidied up a few of them), shorter than a user's patience.
+pub const WATCHDOG_US: u32 = 1_000_000;
+/// How often the supervisor looks.
+pub const SUPERVISOR_PERIOD: Duration = Duration::from_millis(100);
+/// How long the crystal may take to start: ten times what its data sheet says.
+pub const CRYSTAL_START_MS: u32 = 20;

@@ -1,0 +1,39 @@
+//! The sampling clock: TIM6, whose update event starts both converters in hardware.
+
+use embassy_stm32::Peri;
+use embassy_stm32::peripherals::TIM6;
+use embassy_stm32::timer::low_level::{MasterMode, Timer};
+
+use super::timing::{TRIGGER_PRESCALER, trigger_ticks};
+
+/// TIM6 as a trigger; stopped when dropped.
+pub struct Trigger<'d> {
+    timer: Timer<'d, TIM6>,
+    ticks: u32,
+}
+
+impl<'d> Trigger<'d> {
+    /// Sets the timer up for `rate_hz`, one of `RATES_HZ`, and leaves it stopped.
+    pub fn new(timer: Peri<'d, TIM6>, rate_hz: u32) -> Self {
+        let timer = Timer::new(timer);
+        let ticks = trigger_ticks(rate_hz);
+        let regs = timer.regs_basic();
+        regs.psc().write_value((TRIGGER_PRESCALER - 1) as u16);
+        regs.arr().write(|arr| arr.set_arr((ticks - 1) as u16));
+        // Loads prescaler and period, while the converters do not listen yet.
+        timer.generate_update_event();
+        regs.cr2().modify(|cr2| cr2.set_mms(MasterMode::UPDATE));
+        Self { timer, ticks }
+    }
+
+    /// Starts the clock: the first trigger comes one period later.
+    pub fn start(&self) {
+        self.timer.start();
+    }
+}
+
+impl Drop for Trigger<'_> {
+    fn drop(&mut self) {
+        self.timer.stop();
+    }
+}
