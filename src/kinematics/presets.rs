@@ -10,6 +10,12 @@ pub const PRESETS: &[(&str, &str)] = &[
     ("il-96-300", include_str!("presets/il-96-300.toml")),
     ("tu-204", include_str!("presets/tu-204.toml")),
     ("an-74tk-200", include_str!("presets/an-74tk-200.toml")),
-    ("rexroth_emotion8000", include_str!("presets/rexroth_emotion8000.toml")),
-    ("rexroth_emotion1500", include_str!("presets/rexroth_emotion1500.toml")),
+    (
+        "rexroth_emotion8000",
+        include_str!("presets/rexroth_emotion8000.toml"),
+    ),
+    (
+        "rexroth_emotion1500",
+        include_str!("presets/rexroth_emotion1500.toml"),
+    ),
 ];
