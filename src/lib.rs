@@ -1,5 +1,30 @@
-//! hexsense core.
+//! The portable core of hexsense: everything about calibrating inertial sensors on a six-degree-of-freedom motion
+//! base that needs no chip, no file and no clock.
+//!
+//! The house, in the order in which data flows through it:
+//!
+//! | room | what happens there |
+//! |---|---|
+//! | [`kinematics`] | jack lengths ↔ pose of the platform, and their rates |
+//! | [`excitation`] | program signals, turned into six jack programs |
+//! | [`channel`] | the fifteen channels of a scan and their order |
+//! | [`sampling`] | counts → calibrated values, in fixed time |
+//! | [`harmonics`] | amplitude and phase at the drive frequency |
+//! | [`least_squares`] | the linear fit behind harmonics and calibration |
+//! | [`calibration`] | zero, static holds, heave and sine runs → offsets, matrices, uncertainties |
+//! | [`store`] | the coefficient record and its place in flash |
+//! | [`wire`] | the serial link's messages and frames, used by both sides |
+//!
+//! Frames, angles and words are those of GOST 20058-80: X forward, Y up, Z right; see [`kinematics`].
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod calibration;
+pub mod channel;
+pub mod excitation;
+pub mod harmonics;
 pub mod kinematics;
+pub mod least_squares;
+pub mod sampling;
+pub mod store;
+pub mod wire;

@@ -1,0 +1,71 @@
+//! The fifteen channels of one scan, and the order in which everything lists them.
+//!
+//! A *scan* is one hardware-triggered conversion of all channels: the nine inertial sensors in three *triads*,
+//! then the six jack displacement transducers. A count is the sum of sixteen 12-bit conversions of one channel,
+//! so that 65536 counts are the supply voltage and 65520 is the largest code.
+
+use serde::{Deserialize, Serialize};
+
+/// Number of inertial channels of a scan: three triads of three axes.
+pub const INERTIAL: usize = 9;
+/// Number of jacks, and of jack displacement channels of a scan.
+pub const JACKS: usize = 6;
+/// Number of channels of a scan.
+pub const CHANNELS: usize = INERTIAL + JACKS;
+/// Counts that the supply voltage would read: 16 conversions of 4096 codes.
+pub const COUNTS_AT_SUPPLY: u32 = 65_536;
+
+/// Names of the channels, in the order of a scan.
+pub const NAMES: [&str; CHANNELS] = [
+    "ax", "ay", "az", "ex", "ey", "ez", "wx", "wy", "wz", "jack1", "jack2", "jack3", "jack4",
+    "jack5", "jack6",
+];
+
+/// Raw counts of one scan, in the order of [`NAMES`].
+pub type Scan = [u16; CHANNELS];
+
+/// Three sensors of one kind along the body axes X (forward), Y (up), Z (right).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Triad {
+    /// Specific force, m/s² (at rest and level: +g along Y).
+    LinearAcceleration,
+    /// Angular acceleration, rad/s².
+    AngularAcceleration,
+    /// Angular rate, rad/s.
+    AngularRate,
+}
+
+impl Triad {
+    /// The triads in the order of a scan.
+    pub const ALL: [Self; 3] = [
+        Self::LinearAcceleration,
+        Self::AngularAcceleration,
+        Self::AngularRate,
+    ];
+
+    /// Index of the triad in [`Triad::ALL`], 0 to 2.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::LinearAcceleration => 0,
+            Self::AngularAcceleration => 1,
+            Self::AngularRate => 2,
+        }
+    }
+
+    /// Index in a scan of the triad's first channel; the other two follow.
+    #[must_use]
+    pub const fn first_channel(self) -> usize {
+        3 * self.index()
+    }
+
+    /// Unit of a calibrated value, as people write it.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::LinearAcceleration => "m/s²",
+            Self::AngularAcceleration => "rad/s²",
+            Self::AngularRate => "rad/s",
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Amplitude and phase of every channel at a known drive frequency.
+//!
+//! Words: the *drive* is the frequency at which the base is moved; *settle* is the time let pass before summing, so
+//! that transients are gone; a *harmonic* k is the part of a signal at k times the drive frequency.
+//!
+//! The signal is taken as offset + drift + five harmonics, and fitted by least squares:
+//!
+//! ```text
+//! u[n] = c + d·n + Σₖ aₖ cos(kωn) + bₖ sin(kωn)      k = 1..5
+//! amplitude Aₖ = √(aₖ² + bₖ²)      u ∝ Aₖ cos(kωn − φₖ), φₖ = atan2(bₖ, aₖ)
+//! ```
+//!
+//! The offset column is needed because a signal rides on gravity, the drift column because sensors creep; without
+//! them neither a fraction of a period too much nor a creeping zero would stay out of the amplitude.
+//!
+//! - [`table`]: sines as integers, looked up by a 64-bit phase.
+//! - [`analyser`]: the sums that the board keeps while it samples, integers only, the same work for every block.
+//! - [`solution`]: from sums to harmonics, in `f64`, at report time.
+//! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
+
+pub mod analyser;
+pub mod series;
+pub mod solution;
+pub mod table;
+
+pub use analyser::{Analyser, ChannelSums};
+pub use series::{Series, fit_frequency};
+pub use solution::solve;
+
+use nalgebra::{SMatrix, SVector};
+
+/// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
+pub const HARMONICS: usize = 5;
+/// Regressors of the fit: offset, drift, and a cosine and a sine for each harmonic.
+pub const REGRESSORS: usize = 2 + 2 * HARMONICS;
+
+/// One harmonic: cosine·cos(kθ) + sine·sin(kθ), in the unit of the signal.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Harmonic {
+    /// Coefficient of the cosine.
+    pub cosine: f64,
+    /// Coefficient of the sine.
+    pub sine: f64,
+}
+
+impl Harmonic {
+    /// Amplitude, in the unit of the signal.
+    #[must_use]
+    pub fn amplitude(&self) -> f64 {
+        libm::hypot(self.cosine, self.sine)
+    }
+
+    /// Phase φ of amplitude·cos(kθ − φ), rad in −π..π.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        libm::atan2(self.sine, self.cosine)
+    }
+}
+
+/// A fitted signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Harmonics {
+    /// Mean over the window, in the unit of the signal.
+    pub offset: f64,
+    /// Change from the window's start to its end.
+    pub drift: f64,
+    /// The drive frequency and its multiples.
+    pub harmonics: [Harmonic; HARMONICS],
+    /// Root mean square of what the fit leaves (for sums in blocks: of the block means).
+    pub residual_rms: f64,
+    /// Standard uncertainty of the first harmonic's amplitude, from the residuals taken as white.
+    pub amplitude_uncertainty: f64,
+}
+
+impl Harmonics {
+    /// The harmonic at the drive frequency.
+    #[must_use]
+    pub fn first(&self) -> Harmonic {
+        self.harmonics[0]
+    }
+
+    /// Total harmonic distortion: √(A₂² + … + A₅²) / A₁.
+    #[must_use]
+    pub fn distortion(&self) -> f64 {
+        let overtones = self.harmonics[1..]
+            .iter()
+            .map(|h| h.amplitude() * h.amplitude())
+            .sum::<f64>();
+        libm::sqrt(overtones) / self.first().amplitude()
+    }
+
+    fn from_fit(
+        unknowns: &SVector<f64, REGRESSORS>,
+        covariance: &SMatrix<f64, REGRESSORS, REGRESSORS>,
+        residual_rms: f64,
+    ) -> Self {
+        let harmonics = core::array::from_fn(|k| Harmonic {
+            cosine: unknowns[2 + 2 * k],
+            sine: unknowns[3 + 2 * k],
+        });
+        let (first, amplitude) = (unknowns.fixed_rows::<2>(2), harmonics[0].amplitude());
+        let variance = first.dot(&(covariance.fixed_view::<2, 2>(2, 2) * first));
+        let amplitude_uncertainty = if amplitude > 0.0 {
+            libm::sqrt(variance.max(0.0)) / amplitude
+        } else {
+            0.0
+        };
+        Self {
+            offset: unknowns[0],
+            drift: unknowns[1],
+            harmonics,
+            residual_rms,
+            amplitude_uncertainty,
+        }
+    }
+}

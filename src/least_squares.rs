@@ -1,0 +1,71 @@
+//! Linear least squares with few unknowns, row by row and without allocation.
+//!
+//! The normal equations are accumulated in `f64`; every fit of this crate has well-scaled columns (sines, fractions
+//! of a window, unit-sized physical quantities), for which that loses nothing:
+//!
+//! ```text
+//! minimise Σ w (y − x·β)²     ⇒  (Σ w x xᵀ) β = Σ w x y      cov β = σ² (Σ w x xᵀ)⁻¹
+//! ```
+
+use nalgebra::{SMatrix, SVector};
+
+/// Normal equations of a fit with `P` unknowns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormalEquations<const P: usize> {
+    gram: SMatrix<f64, P, P>,
+    moment: SVector<f64, P>,
+    square: f64,
+    rows: u32,
+}
+
+/// Solution of a fit with `P` unknowns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution<const P: usize> {
+    /// The unknowns, in the units of their columns.
+    pub unknowns: SVector<f64, P>,
+    /// (Σ w x xᵀ)⁻¹: times the variance of a row of weight one, the covariance of the unknowns.
+    pub cofactors: SMatrix<f64, P, P>,
+    /// Σ w (y − x·β)², never below zero.
+    pub residual_square: f64,
+    /// Rows less unknowns.
+    pub degrees_of_freedom: u32,
+}
+
+impl<const P: usize> Default for NormalEquations<P> {
+    fn default() -> Self {
+        Self {
+            gram: SMatrix::zeros(),
+            moment: SVector::zeros(),
+            square: 0.0,
+            rows: 0,
+        }
+    }
+}
+
+impl<const P: usize> NormalEquations<P> {
+    /// Adds the row `columns`·β = `value` with weight `weight` (1/variance; 1 for a plain fit).
+    pub fn add(&mut self, columns: &SVector<f64, P>, value: f64, weight: f64) {
+        self.gram.ger(weight, columns, columns, 1.0);
+        self.moment.axpy(weight * value, columns, 1.0);
+        self.square += weight * value * value;
+        self.rows += 1;
+    }
+
+    /// Solves for the unknowns; `None` when the rows do not determine them all.
+    #[must_use]
+    pub fn solve(&self) -> Option<Solution<P>> {
+        let cofactors = self.gram.cholesky()?.inverse();
+        let unknowns = cofactors * self.moment;
+        if !unknowns.iter().all(|unknown| unknown.is_finite()) {
+            return None;
+        }
+        let residual_square = (self.square - unknowns.dot(&self.moment)).max(0.0);
+        let degrees_of_freedom = self.rows.saturating_sub(P as u32);
+        Some(Solution {
+            unknowns,
+            cofactors,
+            residual_square,
+            degrees_of_freedom,
+        })
+    }
+}

@@ -1,0 +1,201 @@
+//! One coefficient set: everything that a calibration leaves behind on the board.
+//!
+//! ```text
+//! | postcard of the set | CRC-32 (IEEE) of it, little endian |
+//! ```
+//!
+//! The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have
+//! one content. A set is either read whole, with a checksum that fits and numbers that are usable, or not at all.
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::channel::Triad;
+
+/// Upper bound of the encoded length of a set, bytes.
+pub const MAX_ENCODED: usize = 512;
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Longest geometry name, bytes of UTF-8.
+pub const MAX_NAME: usize = 32;
+
+/// Identity of a set by its content.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Default)]
+pub struct SetId(pub [u8; 8]);
+
+impl fmt::Display for SetId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for SetId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "SetId({self})")
+    }
+}
+
+/// Coefficients of one triad: value = matrix · (c·u − offset), see [`crate::sampling`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TriadCoefficients {
+    /// Counts at zero input, at nominal supply.
+    pub offset: [f32; 3],
+    /// Physical unit per count; rows are output axes X, Y, Z.
+    pub matrix: [[f32; 3]; 3],
+    /// Standard uncertainty of `offset`, counts.
+    pub offset_uncertainty: [f32; 3],
+    /// Standard uncertainty of `matrix`, physical unit per count.
+    pub matrix_uncertainty: [[f32; 3]; 3],
+    /// Delay of the triad's signals behind the jack transducers', s.
+    pub delay_s: f32,
+}
+
+/// A complete calibration result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoefficientSet {
+    /// Unique id of the microcontroller that the set was made for.
+    pub board: [u8; 12],
+    /// Name of the motion base's geometry.
+    pub geometry: heapless::String<MAX_NAME>,
+    /// First eight bytes of the SHA-256 of the geometry file.
+    pub geometry_hash: [u8; 8],
+    /// When the campaign ended, seconds since 1970-01-01 UTC.
+    pub unix_s: u64,
+    /// Mean temperature of the board during the campaign, °C.
+    pub temperature_c: f32,
+    /// SHA-256 of the campaign's captures.
+    pub provenance: [u8; 32],
+    /// Linear acceleration, angular acceleration, angular rate.
+    pub triads: [TriadCoefficients; 3],
+}
+
+/// Why bytes are not a usable coefficient set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum RecordError {
+    /// Shorter than a checksum, longer than any set, or cut off inside.
+    #[error(
+        "{length} bytes are not a coefficient set (at most {MAX_ENCODED}); it is cut off or something else"
+    )]
+    Length {
+        /// Bytes given.
+        length: u32,
+    },
+    /// The stored checksum is not that of the bytes.
+    #[error("the checksum is {stored:08x} but the bytes give {computed:08x}; the set is damaged")]
+    Checksum {
+        /// As stored behind the set.
+        stored: u32,
+        /// Of the bytes present.
+        computed: u32,
+    },
+    /// The checksum fits, but the bytes are of another version of the record.
+    #[error("the bytes are no coefficient set of this version")]
+    Layout,
+    /// An offset, matrix element, delay or uncertainty is NaN or infinite, or an uncertainty is negative.
+    #[error("{triad:?} holds a number that is not finite, or a negative uncertainty")]
+    NotFinite {
+        /// The triad concerned.
+        triad: Triad,
+    },
+    /// A matrix that maps different counts to one value cannot be a calibration.
+    #[error("the matrix of {triad:?} is singular")]
+    Singular {
+        /// The triad concerned.
+        triad: Triad,
+    },
+}
+
+impl CoefficientSet {
+    /// Encodes the set with its checksum into `buffer` and returns the used part.
+    ///
+    /// # Errors
+    /// [`RecordError::Length`] when `buffer` is too short ([`MAX_ENCODED`] always suffices).
+    pub fn encode<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], RecordError> {
+        let capacity = buffer.len();
+        let too_short = RecordError::Length {
+            length: capacity as u32,
+        };
+        let body = postcard::to_slice(self, buffer)
+            .map_err(|_| too_short)?
+            .len();
+        let checksum = CHECKSUM.checksum(&buffer[..body]).to_le_bytes();
+        buffer
+            .get_mut(body..body + 4)
+            .ok_or(too_short)?
+            .copy_from_slice(&checksum);
+        Ok(&buffer[..body + 4])
+    }
+
+    /// Decodes and checks a set.
+    ///
+    /// # Errors
+    /// Every variant of [`RecordError`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, RecordError> {
+        let length = RecordError::Length {
+            length: bytes.len() as u32,
+        };
+        if bytes.len() > MAX_ENCODED {
+            return Err(length);
+        }
+        let (body, checksum) = bytes.split_last_chunk::<4>().ok_or(length)?;
+        let (stored, computed) = (u32::from_le_bytes(*checksum), CHECKSUM.checksum(body));
+        if stored != computed {
+            return Err(RecordError::Checksum { stored, computed });
+        }
+        let (set, rest) =
+            postcard::take_from_bytes::<Self>(body).map_err(|_| RecordError::Layout)?;
+        if !rest.is_empty() {
+            return Err(RecordError::Layout);
+        }
+        set.check()?;
+        Ok(set)
+    }
+
+    /// Identity of an encoded set.
+    #[must_use]
+    pub fn id_of(encoded: &[u8]) -> SetId {
+        let digest = Sha256::digest(encoded);
+        let mut id = [0; 8];
+        id.copy_from_slice(&digest[..8]);
+        SetId(id)
+    }
+
+    /// Whether the numbers are usable.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`] and [`RecordError::Singular`].
+    pub fn check(&self) -> Result<(), RecordError> {
+        for (triad, coefficients) in Triad::ALL.into_iter().zip(&self.triads) {
+            coefficients.check(triad)?;
+        }
+        Ok(())
+    }
+}
+
+impl TriadCoefficients {
+    fn check(&self, triad: Triad) -> Result<(), RecordError> {
+        let values = self
+            .offset
+            .iter()
+            .chain(self.matrix.iter().flatten())
+            .chain([&self.delay_s]);
+        let uncertainties = self
+            .offset_uncertainty
+            .iter()
+            .chain(self.matrix_uncertainty.iter().flatten());
+        if !values.clone().all(|value| value.is_finite())
+            || !uncertainties.clone().all(|u| u.is_finite() && *u >= 0.0)
+        {
+            return Err(RecordError::NotFinite { triad });
+        }
+        let matrix = nalgebra::Matrix3::from_fn(|row, column| f64::from(self.matrix[row][column]));
+        let scale = matrix.norm();
+        // Sensors a few degrees off their axes have |det| near (norm/√3)³; a thousandth of that is no triad any more.
+        if matrix.determinant().abs() <= 1e-4 * scale * scale * scale || scale == 0.0 {
+            return Err(RecordError::Singular { triad });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,327 @@
+//! Requests, responses and refusals.
+
+use serde::{Deserialize, Serialize};
+
+use crate::harmonics::ChannelSums;
+use crate::store::{RecordError, SetId};
+use crate::wire::frame::{self, FrameError, Kind};
+
+/// Bytes of a coefficient set that travel in one message.
+pub const CHUNK: usize = 128;
+/// A piece of an encoded coefficient set.
+pub type Chunk = heapless::Vec<u8, CHUNK>;
+
+/// What the host may ask. Every request is answered by exactly one [`Response`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Request {
+    /// Who are you? → [`Response::Identity`].
+    Identity,
+    /// How are you? → [`Response::Status`].
+    Status,
+    /// Start, change or stop the stream of blocks → [`Response::Done`].
+    Stream(StreamContent),
+    /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. The scan counter goes on → [`Response::Done`].
+    Rate(u32),
+    /// Estimate at this drive frequency from the next block on → [`Response::Done`].
+    Drive(Drive),
+    /// Sums of one channel (0 to 14) at the drive frequency → [`Response::Harmonics`].
+    Harmonics {
+        /// Index of the channel in a scan.
+        channel: u8,
+    },
+    /// Which set is active? → [`Response::ActiveSet`].
+    ActiveSet,
+    /// Bytes of the active set from `offset` on → [`Response::SetBytes`].
+    ReadSet {
+        /// Offset in the encoded set, bytes.
+        offset: u16,
+    },
+    /// Start an upload; an upload under way is forgotten → [`Response::Done`].
+    UploadBegin {
+        /// Length of the encoded set, bytes.
+        length: u16,
+        /// Identity of the set that will come.
+        id: SetId,
+    },
+    /// The next piece of the set → [`Response::Done`].
+    UploadChunk {
+        /// Offset in the encoded set, bytes: exactly what has arrived so far.
+        offset: u16,
+        /// The bytes.
+        bytes: Chunk,
+    },
+    /// Check the whole set, store it, read it back, make it active → [`Response::Committed`].
+    UploadCommit,
+    /// Forget the upload under way → [`Response::Done`].
+    UploadAbort,
+}
+
+/// What a block of telemetry carries.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StreamContent {
+    /// Raw counts of all fifteen channels.
+    pub counts: bool,
+    /// The nine calibrated values; refused without an active set.
+    pub values: bool,
+}
+
+/// One drive frequency to estimate at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Drive {
+    /// Phase advance for each scan, in turns · 2⁶⁴: f / (scan rate) · 2⁶⁴.
+    pub increment: u64,
+    /// Blocks to let pass before summing.
+    pub settle_blocks: u32,
+    /// Blocks to sum over.
+    pub blocks: u32,
+}
+
+/// How far the harmonic sums have come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum HarmonicState {
+    /// No drive was set.
+    Idle,
+    /// Transients are passing.
+    Settling,
+    /// Sums are growing.
+    Summing,
+    /// The sums are complete and stay.
+    Complete,
+}
+
+/// Answers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Response {
+    /// The request was carried out.
+    Done,
+    /// The request was not carried out, and nothing changed.
+    Refused(Refusal),
+    /// Who the board is.
+    Identity(Identity),
+    /// How the board is.
+    Status(Status),
+    /// Sums of one channel at the drive frequency.
+    Harmonics {
+        /// How far the sums are.
+        state: HarmonicState,
+        /// What is being estimated.
+        drive: Drive,
+        /// Scan counter of the first scan in the sums.
+        first_scan: u64,
+        /// The sums.
+        sums: ChannelSums,
+    },
+    /// The active set, `None` when the board has none.
+    ActiveSet(Option<ActiveSet>),
+    /// Bytes of the active set.
+    SetBytes {
+        /// Offset of the first byte.
+        offset: u16,
+        /// At most [`CHUNK`] bytes; fewer at the end.
+        bytes: Chunk,
+    },
+    /// The uploaded set is stored, read back and active.
+    Committed(ActiveSet),
+}
+
+/// Which set is active.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActiveSet {
+    /// Identity by content.
+    pub id: SetId,
+    /// Commits on this board so far.
+    pub sequence: u32,
+    /// Length of the encoded set, bytes.
+    pub length: u16,
+}
+
+/// Who the board is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Unique id of the microcontroller.
+    pub board: [u8; 12],
+    /// Name of the board and chip.
+    pub hardware: heapless::String<32>,
+    /// Why the board last started.
+    pub reset: ResetCause,
+}
+
+/// Why the board last started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ResetCause {
+    /// The supply came up.
+    PowerOn,
+    /// The reset pin.
+    Pin,
+    /// The firmware asked for it, after a panic or on purpose.
+    Software,
+    /// The watchdog bit.
+    Watchdog,
+    /// Anything else that the chip reports.
+    Other,
+}
+
+/// How the board is. Counters count from the last start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Time since start, ms.
+    pub uptime_ms: u64,
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
+    /// Scans taken.
+    pub scans: u64,
+    /// Scans lost in the converters or their rings.
+    pub scans_lost: u64,
+    /// Blocks that the link could not carry.
+    pub blocks_dropped: u32,
+    /// Received frames that were damaged.
+    pub frames_damaged: u32,
+    /// Whether the crystal drives the clock; without it the board is not fit to calibrate.
+    pub crystal: bool,
+    /// Supply factor VDDA / 3.3 V.
+    pub supply: f32,
+    /// Temperature of the die, °C.
+    pub temperature_c: f32,
+    /// Whether the die is within 10 K of the temperature of the calibration.
+    pub in_calibrated_range: bool,
+    /// Tilt by the accelerometers, roll and pitch in rad; approximate, for a quick look only.
+    pub tilt_approximate_rad: Option<[f32; 2]>,
+    /// The message of a panic before the last start.
+    pub panic: Option<heapless::String<128>>,
+}
+
+/// Why a request was refused. Each says what to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum Refusal {
+    /// The request does not decode.
+    #[error(
+        "the board could not read the request; host and firmware are of different builds: update one of them"
+    )]
+    Malformed,
+    /// Not a rate the board offers.
+    #[error("the board cannot scan at {hz} Hz; choose 1000, 2000 or 4000")]
+    Rate {
+        /// As asked.
+        hz: u32,
+    },
+    /// The link cannot carry this much.
+    #[error(
+        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content or a lower rate"
+    )]
+    LinkCapacity {
+        /// What the stream would need.
+        bits_per_s: u32,
+        /// What the line carries.
+        limit: u32,
+    },
+    /// The board runs on its internal oscillator.
+    #[error(
+        "the board runs without its crystal, about 1 % off in time; fit or connect the 24 MHz crystal to calibrate"
+    )]
+    NoCrystal,
+    /// The drive frequency, settle or length is out of range.
+    #[error("the drive is out of range: 0 < frequency < scan rate / 160, and 1 to 2097152 blocks")]
+    Drive,
+    /// No such channel.
+    #[error("there is no channel {channel}; channels are 0 to 14")]
+    Channel {
+        /// As asked.
+        channel: u8,
+    },
+    /// There is no active set.
+    #[error("the board has no coefficients; calibrate and upload a set first")]
+    NoSet,
+    /// A read beyond the end of the set.
+    #[error("offset {offset} is beyond the end of the set ({length} bytes)")]
+    Offset {
+        /// As asked.
+        offset: u16,
+        /// Length of the set.
+        length: u16,
+    },
+    /// A chunk or commit without a begin.
+    #[error("no upload is under way; begin again")]
+    NoUpload,
+    /// The announced length is not that of any set.
+    #[error(
+        "a set of {length} bytes is not possible (1 to {limit}); the coefficient file is not one"
+    )]
+    Length {
+        /// As announced.
+        length: u16,
+        /// Longest set.
+        limit: u16,
+    },
+    /// A chunk at the wrong place.
+    #[error("the upload expected offset {expected}; begin again")]
+    OutOfOrder {
+        /// Where the next chunk must start.
+        expected: u16,
+    },
+    /// The set that arrived is not the one announced.
+    #[error("the set that arrived is not the one announced; begin again")]
+    WrongIdentity,
+    /// The set that arrived is not usable.
+    #[error("the set is not usable: {0}")]
+    Record(RecordError),
+    /// The set was made for another board.
+    #[error("the set was made for another board; calibrate this one")]
+    OtherBoard,
+    /// The flash failed; the old set is still active.
+    #[error(
+        "the board's flash failed; the old set is still active; try again, and replace the board if it happens twice"
+    )]
+    Flash,
+    /// Something that needs time is under way.
+    #[error("the board is busy with an earlier request; ask again")]
+    Busy,
+}
+
+/// Encodes a request as a frame into `out` and returns its length.
+///
+/// # Errors
+/// [`FrameError::Long`] when `out` is shorter than the frame.
+pub fn encode_request(
+    request: &Request,
+    sequence: u16,
+    out: &mut [u8],
+) -> Result<usize, FrameError> {
+    encode(Kind::Request, request, sequence, out)
+}
+
+/// Encodes a response as a frame into `out` and returns its length.
+///
+/// # Errors
+/// [`FrameError::Long`] when `out` is shorter than the frame.
+pub fn encode_response(
+    response: &Response,
+    sequence: u16,
+    out: &mut [u8],
+) -> Result<usize, FrameError> {
+    encode(Kind::Response, response, sequence, out)
+}
+
+fn encode(
+    kind: Kind,
+    message: &impl Serialize,
+    sequence: u16,
+    out: &mut [u8],
+) -> Result<usize, FrameError> {
+    frame::encode(kind, sequence, out, |payload| {
+        postcard::to_slice(message, payload)
+            .ok()
+            .map(|used| used.len())
+    })
+}
+
+/// Decodes the payload of a request frame; `None` when it is not a request of this version.
+#[must_use]
+pub fn decode_request(payload: &[u8]) -> Option<Request> {
+    postcard::from_bytes(payload).ok()
+}
+
+/// Decodes the payload of a response frame; `None` when it is not a response of this version.
+#[must_use]
+pub fn decode_response(payload: &[u8]) -> Option<Response> {
+    postcard::from_bytes(payload).ok()
+}

@@ -1,0 +1,33 @@
+//! The serial link's language, spoken by the board and by the host.
+//!
+//! The host asks, the board answers each request once with the request's sequence number, and between answers the
+//! board sends telemetry by itself. Every message travels in one frame ([`frame`]):
+//!
+//! ```text
+//! COBS( | kind u8 | sequence u16 LE | payload | CRC-32 u32 LE | ) 00
+//! ```
+//!
+//! | kind | direction | payload |
+//! |---|---|---|
+//! | hello | host → board | none; its shape never changes |
+//! | greeting | board → host | [`hello::Greeting`]; its shape never changes |
+//! | request | host → board | postcard of [`Request`] |
+//! | response | board → host | postcard of [`Response`] |
+//! | block | board → host | [`telemetry`] |
+//!
+//! Anything but hello and greeting may change; then [`VERSION`] must.
+
+pub mod frame;
+pub mod hello;
+pub mod message;
+pub mod telemetry;
+
+pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
+pub use message::{
+    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
+};
+
+/// Version of everything on the wire but hello and greeting.
+pub const VERSION: u16 = 1;
+/// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
+pub const BAUD: u32 = 2_000_000;
