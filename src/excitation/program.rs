@@ -1,0 +1,128 @@
+//! A program: which degrees of freedom move, and how.
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::{Ramps, Sine};
+use crate::kinematics::{Angles, Convention, Geometry, Pose};
+
+/// Degrees of freedom, in the order of displacements: X, Y, Z, γ, ψ, ϑ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DegreeOfFreedom {
+    /// Along X, forward, m.
+    Surge,
+    /// Along Y, up, m.
+    Heave,
+    /// Along Z, right, m.
+    Sway,
+    /// γ about X, rad.
+    Roll,
+    /// ψ about Y, rad.
+    Yaw,
+    /// ϑ about Z, rad.
+    Pitch,
+}
+
+impl DegreeOfFreedom {
+    /// All, in order.
+    pub const ALL: [Self; 6] = [
+        Self::Surge,
+        Self::Heave,
+        Self::Sway,
+        Self::Roll,
+        Self::Yaw,
+        Self::Pitch,
+    ];
+
+    /// Name as people write it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Surge => "surge",
+            Self::Heave => "heave",
+            Self::Sway => "sway",
+            Self::Roll => "roll",
+            Self::Yaw => "yaw",
+            Self::Pitch => "pitch",
+        }
+    }
+
+    /// Whether it is an angle.
+    #[must_use]
+    pub const fn is_rotation(self) -> bool {
+        matches!(self, Self::Roll | Self::Yaw | Self::Pitch)
+    }
+}
+
+/// How one degree of freedom moves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Signal {
+    /// Ramps and holds.
+    Ramps(Ramps),
+    /// A sine.
+    Sine(Sine),
+}
+
+impl Signal {
+    /// Displacement at `t_s` seconds, m or rad.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> f64 {
+        match self {
+            Self::Ramps(ramps) => ramps.at(t_s),
+            Self::Sine(sine) => sine.at(t_s),
+        }
+    }
+
+    /// Length, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self {
+            Self::Ramps(ramps) => ramps.duration_s(),
+            Self::Sine(sine) => sine.duration_s(),
+        }
+    }
+}
+
+/// A movement of the base from home and back. Without signals it is a stay at home.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Program {
+    /// What moves; a degree of freedom named twice moves by the sum.
+    pub signals: Vec<(DegreeOfFreedom, Signal), 6>,
+}
+
+impl Program {
+    /// One degree of freedom moved by one signal.
+    #[must_use]
+    pub fn of(freedom: DegreeOfFreedom, signal: Signal) -> Self {
+        Self {
+            signals: core::iter::once((freedom, signal)).collect(),
+        }
+    }
+
+    /// Length of the longest signal, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.signals
+            .iter()
+            .map(|(_, signal)| signal.duration_s())
+            .fold(0.0, f64::max)
+    }
+
+    /// Displacements from home at `t_s` seconds: m, m, m, rad, rad, rad in the order of [`DegreeOfFreedom::ALL`].
+    #[must_use]
+    pub fn displacement(&self, t_s: f64) -> [f64; 6] {
+        let mut displacement = [0.0; 6];
+        for (freedom, signal) in &self.signals {
+            displacement[*freedom as usize] += signal.at(t_s);
+        }
+        displacement
+    }
+
+    /// Pose of the base at `t_s` seconds.
+    #[must_use]
+    pub fn pose(&self, geometry: &Geometry<f64>, t_s: f64) -> Pose<f64> {
+        let [x, y, z, roll, yaw, pitch] = self.displacement(t_s);
+        let position = geometry.home().position + Vector3::new(x, y, z);
+        Convention::Gost.pose(position, Angles { roll, pitch, yaw })
+    }
+}

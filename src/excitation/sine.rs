@@ -1,0 +1,56 @@
+//! A sine with a smooth start and end.
+//!
+//! ```text
+//! u(t) = w(t)·A·sin(2πft + φ)      w rises over fade, stays one, falls over fade
+//! ```
+//!
+//! Several degrees of freedom driven at different frequencies make a multisine.
+
+use core::f64::consts::TAU;
+
+use super::smooth_step;
+
+/// A sine that fades in, stays, and fades out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sine {
+    /// Amplitude A, m or rad.
+    pub amplitude: f64,
+    /// Drive frequency f, Hz.
+    pub frequency_hz: f64,
+    /// Phase φ at the start, rad.
+    pub phase_rad: f64,
+    /// Time to fade in, and again to fade out, s.
+    pub fade_s: f64,
+    /// Time at full amplitude between the fades, s.
+    pub steady_s: f64,
+}
+
+impl Sine {
+    /// A sine of `settle` and `estimate` whole periods at full amplitude, with a fade of one period at each end.
+    #[must_use]
+    pub fn of_periods(amplitude: f64, frequency_hz: f64, settle: u32, estimate: u32) -> Self {
+        let period_s = 1.0 / frequency_hz;
+        let steady_s = f64::from(settle + estimate) * period_s;
+        Self {
+            amplitude,
+            frequency_hz,
+            phase_rad: 0.0,
+            fade_s: period_s,
+            steady_s,
+        }
+    }
+
+    /// Length with both fades, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.steady_s + 2.0 * self.fade_s
+    }
+
+    /// Displacement at `t_s` seconds; zero outside the sine.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> f64 {
+        let envelope =
+            smooth_step(t_s / self.fade_s) * smooth_step((self.duration_s() - t_s) / self.fade_s);
+        envelope * self.amplitude * libm::sin(TAU * self.frequency_hz * t_s + self.phase_rad)
+    }
+}
