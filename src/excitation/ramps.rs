@@ -15,7 +15,7 @@ use heapless::Vec;
 use super::smooth_step;
 
 /// Most subintervals of a table.
-pub const MAX_LEVELS: usize = 32;
+pub const MAX_LEVELS: usize = 16;
 
 /// How a ramp goes from level to level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,270 @@
+//! Sensitivity matrix and delay of a triad, from holds and sine runs.
+//!
+//! Each sensor i of the triad has a row s of the sensitivity matrix. A hold h of run r gives one real equation, a
+//! sine run one complex one:
+//!
+//! ```text
+//! u_i(h) = s·f(h) + offset(r)                     h: mean counts and specific force on the hold
+//! U_i·e^{iωτ} = s·F                               U, F: complex amplitudes at the drive frequency
+//! ```
+//!
+//! Rows are fitted by weighted least squares. Runs with holds have an offset each, because a bias wanders between
+//! runs. The delay τ is common to the triad: it is the phase that is left, at the run's frequency, between the
+//! sensors and the fitted sensitivity.
+//!
+//! A wandering bias makes the errors of successive holds alike, so the covariance of a row is not σ²(XᵀWX)⁻¹ but
+//! G·V·Gᵀ with G = (XᵀWX)⁻¹XᵀW and V the covariance of the observations: white noise over the averaging time, plus
+//! q²·min(t, t′) for a random walk of q per √s.
+
+use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
+
+use super::AXES;
+use crate::least_squares::{NormalEquations, Solution};
+
+/// Runs with holds: one along pitch, one along roll.
+pub const HOLD_RUNS: usize = 2;
+/// Unknowns of a row: three sensitivities and an offset for each run with holds.
+const UNKNOWNS: usize = AXES + HOLD_RUNS;
+type Row = SVector<f64, UNKNOWNS>;
+
+/// Means over one hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hold {
+    /// Which run with holds, 0 or 1.
+    pub run: usize,
+    /// Middle of the averaged stretch, s from any common origin.
+    pub time_s: f64,
+    /// Length of the averaged stretch, s.
+    pub length_s: f64,
+    /// Mean counts of the triad.
+    pub counts: Vector3<f64>,
+    /// True specific force, m/s².
+    pub truth: Vector3<f64>,
+}
+
+/// First harmonics in one sine run as complex amplitudes a − i·b, phase zero at the same instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SineRun {
+    /// Drive frequency, rad/s.
+    pub omega: f64,
+    /// Length of the estimate, s.
+    pub length_s: f64,
+    /// Counts of the triad.
+    pub counts: [Complex<f64>; AXES],
+    /// Truth, in the triad's unit.
+    pub truth: [Complex<f64>; AXES],
+}
+
+/// Random errors of a triad's sensors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// White noise at low frequencies, counts/√Hz (one-sided), for each sensor.
+    pub density: [f64; AXES],
+    /// Random walk of the bias, counts/√s, for each sensor.
+    pub walk: [f64; AXES],
+}
+
+/// A calibrated triad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TriadFit {
+    /// S, counts per unit: rows are sensors, columns body axes.
+    pub sensitivity: Matrix3<f64>,
+    /// M = S⁻¹, unit per count.
+    pub matrix: Matrix3<f64>,
+    /// Delay of the sensors behind the jacks, s.
+    pub delay_s: f64,
+    /// Covariance of each row of S by the sensors' noise and wandering, (counts per unit)².
+    pub row_covariance: [Matrix3<f64>; AXES],
+}
+
+/// Why a triad could not be calibrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum TriadError {
+    /// The runs do not move all three axes.
+    #[error(
+        "the runs do not determine all three axes; add a hold or sine run along the missing one"
+    )]
+    Undetermined,
+    /// Sensors that read alike.
+    #[error(
+        "the sensitivity matrix is singular: two sensors of the triad read the same; check the wiring"
+    )]
+    Singular,
+    /// A hold names a run that there is not.
+    #[error("a hold names run {run}; there are {HOLD_RUNS}")]
+    Run {
+        /// As named.
+        run: usize,
+    },
+}
+
+/// Fits a triad.
+///
+/// # Errors
+/// Every variant of [`TriadError`].
+pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<TriadFit, TriadError> {
+    if let Some(hold) = holds.iter().find(|hold| hold.run >= HOLD_RUNS) {
+        return Err(TriadError::Run { run: hold.run });
+    }
+    let mut delay_s = 0.0;
+    let mut rows = fit_rows(holds, sines, noise, delay_s)?;
+    // The phase that is left does not depend on the delay assumed, up to the real part taken: three rounds settle it.
+    for _ in 0..3 {
+        delay_s += remaining_delay(sines, &sensitivity(&rows), delay_s);
+        rows = fit_rows(holds, sines, noise, delay_s)?;
+    }
+    let sensitivity = sensitivity(&rows);
+    let matrix = sensitivity.try_inverse().ok_or(TriadError::Singular)?;
+    let row_covariance =
+        core::array::from_fn(|sensor| row_covariance(sensor, &rows[sensor], holds, sines, noise));
+    Ok(TriadFit {
+        sensitivity,
+        matrix,
+        delay_s,
+        row_covariance,
+    })
+}
+
+impl TriadFit {
+    /// Counts at zero input from the mean counts at rest and the truth there: u0 = ū − S·truth. For a sensor that
+    /// feels gravity this is not the mean at rest.
+    #[must_use]
+    pub fn offset(
+        &self,
+        counts_at_rest: &Vector3<f64>,
+        truth_at_rest: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        counts_at_rest - self.sensitivity * truth_at_rest
+    }
+
+    /// Standard uncertainty of each element of [`TriadFit::matrix`] by [`TriadFit::row_covariance`]:
+    /// δM = −M·δS·M with independent rows of δS.
+    #[must_use]
+    pub fn matrix_noise(&self) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| {
+            let column = self.matrix.column(j);
+            let variance = (0..AXES).map(|sensor| {
+                let spread = column.dot(&(self.row_covariance[sensor] * column));
+                self.matrix[(i, sensor)] * self.matrix[(i, sensor)] * spread
+            });
+            libm::sqrt(variance.sum())
+        })
+    }
+}
+
+fn sensitivity(rows: &[Solution<UNKNOWNS>; AXES]) -> Matrix3<f64> {
+    Matrix3::from_fn(|sensor, axis| rows[sensor].unknowns[axis])
+}
+
+fn fit_rows(
+    holds: &[Hold],
+    sines: &[SineRun],
+    noise: &Noise,
+    delay_s: f64,
+) -> Result<[Solution<UNKNOWNS>; AXES], TriadError> {
+    let fit = |sensor: usize| {
+        let mut equations = NormalEquations::default();
+        for hold in holds {
+            equations.add(
+                &hold_row(hold),
+                hold.counts[sensor],
+                hold_weight(hold, sensor, noise),
+            );
+        }
+        for sine in sines {
+            let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
+            let weight = sine_weight(sine, sensor, noise);
+            equations.add(&sine_row(sine, |c| c.re), undelayed.re, weight);
+            equations.add(&sine_row(sine, |c| c.im), undelayed.im, weight);
+        }
+        // Offsets of runs without holds are determined to be zero, so that one kind of fit serves every triad.
+        for run in (0..HOLD_RUNS).filter(|run| !holds.iter().any(|hold| hold.run == *run)) {
+            equations.add(&Row::ith(AXES + run, 1.0), 0.0, 1.0);
+        }
+        equations.solve().ok_or(TriadError::Undetermined)
+    };
+    Ok([fit(0)?, fit(1)?, fit(2)?])
+}
+
+fn hold_row(hold: &Hold) -> Row {
+    let mut row = Row::zeros();
+    row.fixed_rows_mut::<AXES>(0).copy_from(&hold.truth);
+    row[AXES + hold.run] = 1.0;
+    row
+}
+
+fn sine_row(sine: &SineRun, part: fn(&Complex<f64>) -> f64) -> Row {
+    let mut row = Row::zeros();
+    for axis in 0..AXES {
+        row[axis] = part(&sine.truth[axis]);
+    }
+    row
+}
+
+/// 1/variance of a hold's mean: white noise of a mean over T has variance density²/2T; the walk is taken over the
+/// time from hold to hold.
+fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
+    let white = noise.density[sensor] * noise.density[sensor] / (2.0 * hold.length_s);
+    1.0 / (white + noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s)
+}
+
+/// 1/variance of the real or imaginary part of an amplitude estimated over T: density²/T.
+fn sine_weight(sine: &SineRun, sensor: usize, noise: &Noise) -> f64 {
+    sine.length_s / (noise.density[sensor] * noise.density[sensor])
+}
+
+/// Delay by which the sensors still lag behind the fitted sensitivity.
+fn remaining_delay(sines: &[SineRun], sensitivity: &Matrix3<f64>, delay_s: f64) -> f64 {
+    let (mut moment, mut weight) = (0.0, 0.0);
+    for sine in sines {
+        for sensor in 0..AXES {
+            let model: Complex<f64> = (0..AXES)
+                .map(|axis| sine.truth[axis] * sensitivity[(sensor, axis)])
+                .sum();
+            let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
+            // For a small angle, Im(model* · u)/|model|² is the phase by which u leads.
+            moment -= (model.conj() * undelayed).im * sine.omega;
+            weight += model.norm_sqr() * sine.omega * sine.omega;
+        }
+    }
+    if weight > 0.0 { moment / weight } else { 0.0 }
+}
+
+/// G·V·Gᵀ, see the module's head.
+fn row_covariance(
+    sensor: usize,
+    row: &Solution<UNKNOWNS>,
+    holds: &[Hold],
+    sines: &[SineRun],
+    noise: &Noise,
+) -> Matrix3<f64> {
+    let mut spread = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::zeros();
+    for one in holds {
+        let left = hold_row(one) * hold_weight(one, sensor, noise);
+        for other in holds {
+            let right = hold_row(other) * hold_weight(other, sensor, noise);
+            let mut covariance =
+                noise.walk[sensor] * noise.walk[sensor] * one.time_s.min(other.time_s);
+            if core::ptr::eq(one, other) {
+                covariance += noise.density[sensor] * noise.density[sensor] / (2.0 * one.length_s);
+            }
+            spread += left * right.transpose() * covariance;
+        }
+    }
+    for sine in sines {
+        let weight = sine_weight(sine, sensor, noise);
+        for part in [|c: &Complex<f64>| c.re, |c: &Complex<f64>| c.im] {
+            let row = sine_row(sine, part);
+            spread += row * row.transpose() * weight;
+        }
+    }
+    (row.cofactors * spread * row.cofactors)
+        .fixed_view::<AXES, AXES>(0, 0)
+        .into()
+}
+
+/// e^{iφ}.
+fn turned_by(phase: f64) -> Complex<f64> {
+    let (sine, cosine) = libm::sincos(phase);
+    Complex::new(cosine, sine)
+}
