@@ -21,8 +21,10 @@ pub struct Sine {
     pub phase_rad: f64,
     /// Time to fade in, and again to fade out, s.
     pub fade_s: f64,
-    /// Time at full amplitude between the fades, s.
-    pub steady_s: f64,
+    /// Time at full amplitude in which transients die away, s.
+    pub settle_s: f64,
+    /// Time at full amplitude that is estimated over, s.
+    pub estimate_s: f64,
 }
 
 impl Sine {
@@ -30,20 +32,26 @@ impl Sine {
     #[must_use]
     pub fn of_periods(amplitude: f64, frequency_hz: f64, settle: u32, estimate: u32) -> Self {
         let period_s = 1.0 / frequency_hz;
-        let steady_s = f64::from(settle + estimate) * period_s;
         Self {
             amplitude,
             frequency_hz,
             phase_rad: 0.0,
             fade_s: period_s,
-            steady_s,
+            settle_s: f64::from(settle) * period_s,
+            estimate_s: f64::from(estimate) * period_s,
         }
+    }
+
+    /// Start of the time that is estimated over, s.
+    #[must_use]
+    pub fn estimate_start_s(&self) -> f64 {
+        self.fade_s + self.settle_s
     }
 
     /// Length with both fades, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.steady_s + 2.0 * self.fade_s
+        2.0 * self.fade_s + self.settle_s + self.estimate_s
     }
 
     /// Displacement at `t_s` seconds; zero outside the sine.
