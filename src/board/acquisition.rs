@@ -30,9 +30,6 @@ use super::trigger::Trigger;
 const INERTIAL_BLOCK: usize = INERTIAL * BLOCK;
 const JACK_BLOCK: usize = JACKS * BLOCK;
 
-/// Counts of one block, scan by scan.
-pub type Block = [Scan; BLOCK];
-
 /// Why the converters must be built anew.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum Fault {
@@ -130,7 +127,7 @@ impl<'d> Run<'d> {
     ///
     /// # Errors
     /// [`Fault`]: this run is over, start another.
-    pub async fn next(&mut self, block: &mut Block) -> Result<(), Fault> {
+    pub async fn next(&mut self, block: &mut [Scan; BLOCK]) -> Result<(), Fault> {
         let both = join(
             self.inertial_adc.read(self.inertial),
             self.jack_adc.read(self.jacks),

@@ -1,8 +1,35 @@
-//! What touches the chip.
+//! What touches the chip. The rest of the firmware is the portable core, `hexsense`.
+//!
+//! | room | what happens there |
+//! |---|---|
+//! | [`start`] | takes the parts, starts the tasks |
+//! | [`clock`] | crystal → 150 MHz |
+//! | [`timing`] | every timing constant, with its reason, checked while building |
+//! | [`pins`] | which pin, converter, DMA channel and interrupt belongs to what |
+//! | [`trigger`], [`acquisition`] | timer → converters → DMA rings → blocks of sixteen scans |
+//! | [`supply`] | supply voltage and temperature, slowly |
+//! | [`sampling`] | the sample path: sums, calibrated values, blocks for the link |
+//! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
+//! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
+//! | [`exchange`] | what passes between those tasks |
+//! | [`supervisor`] | the watchdog |
+//! | [`identity`], [`panic`] | who the board is and why it last started |
+//! | [`quick_look`] | the approximate tilt |
+
 pub mod acquisition;
 pub mod clock;
+pub mod desk;
+pub mod ecc;
+pub mod exchange;
+pub mod identity;
+pub mod link;
 pub mod panic;
 pub mod pins;
+pub mod quick_look;
 pub mod sampling;
+pub mod start;
+pub mod storage;
+pub mod supervisor;
+pub mod supply;
 pub mod timing;
 pub mod trigger;

@@ -35,9 +35,7 @@ bind_interrupts!(
     }
 );
 
-/// Drivers' interrupts: they only move data and wake tasks, so they come before every task.
-pub const DRIVER_PRIORITY: Priority = Priority::P1;
-/// The sample path.
+/// The sample path: below the drivers' interrupts (P0), which only move data and wake tasks.
 pub const SAMPLING_PRIORITY: Priority = Priority::P4;
 /// The link. Storage, supply and supervisor run below every interrupt.
 pub const LINK_PRIORITY: Priority = Priority::P8;

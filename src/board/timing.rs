@@ -7,6 +7,7 @@ use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::INERTIAL;
 use hexsense::sampling::{BLOCK, RATES_HZ};
+use hexsense::wire::BAUD;
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
@@ -66,14 +67,20 @@ pub fn block_timeout(rate_hz: u32) -> Duration {
 
 /// Supply and temperature change over seconds; ten readings a second leave room for averaging.
 pub const SUPPLY_PERIOD: Duration = Duration::from_millis(100);
+/// Start of the temperature sensor and the reference buffer: 120 µs in the data sheet.
+pub const INTERNAL_START: Duration = Duration::from_millis(1);
 
-/// Bit rate of the link. A scan of fifteen counts at 4 kHz is 1 Mbit/s; the ST-LINK carries 2 Mbit/s.
-pub const LINK_BAUD: u32 = 2_000_000;
+/// The part of the line that telemetry may use: the rest is for answers.
+pub const TELEMETRY_LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;
+/// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
+pub const RECEIVE_RING: usize = 2_048;
 
-/// The watchdog resets a board that makes no progress for so long: longer than the slowest flash operation
-/// (an erased page is 22 ms, an archive that is tidied up a few of them), shorter than a user's patience.
+/// The watchdog resets a board of which a part makes no progress for so long: longer than the slowest flash
+/// operation (a page is erased in 22 ms, and a commit may need several), shorter than a user's patience.
 pub const WATCHDOG_US: u32 = 1_000_000;
-/// How often the supervisor looks.
+/// How often the watchdog is fed at most.
 pub const SUPERVISOR_PERIOD: Duration = Duration::from_millis(100);
-/// How long the crystal may take to start: ten times what its data sheet says.
+/// How often an idle storage says that it is alive.
+pub const STORAGE_HEARTBEAT: Duration = Duration::from_millis(100);
+/// How long the crystal may take to start, ms: ten times what its data sheet says.
 pub const CRYSTAL_START_MS: u32 = 20;

@@ -7,33 +7,30 @@ use embassy_stm32::timer::low_level::{MasterMode, Timer};
 use super::timing::{TRIGGER_PRESCALER, trigger_ticks};
 
 /// TIM6 as a trigger; stopped when dropped.
-pub struct Trigger<'d> {
-    timer: Timer<'d, TIM6>,
-    ticks: u32,
-}
+pub struct Trigger<'d>(Timer<'d, TIM6>);
 
 impl<'d> Trigger<'d> {
     /// Sets the timer up for `rate_hz`, one of `RATES_HZ`, and leaves it stopped.
     pub fn new(timer: Peri<'d, TIM6>, rate_hz: u32) -> Self {
         let timer = Timer::new(timer);
-        let ticks = trigger_ticks(rate_hz);
         let regs = timer.regs_basic();
         regs.psc().write_value((TRIGGER_PRESCALER - 1) as u16);
-        regs.arr().write(|arr| arr.set_arr((ticks - 1) as u16));
+        regs.arr()
+            .write(|arr| arr.set_arr((trigger_ticks(rate_hz) - 1) as u16));
         // Loads prescaler and period, while the converters do not listen yet.
         timer.generate_update_event();
         regs.cr2().modify(|cr2| cr2.set_mms(MasterMode::UPDATE));
-        Self { timer, ticks }
+        Self(timer)
     }
 
     /// Starts the clock: the first trigger comes one period later.
     pub fn start(&self) {
-        self.timer.start();
+        self.0.start();
     }
 }
 
 impl Drop for Trigger<'_> {
     fn drop(&mut self) {
-        self.timer.stop();
+        self.0.stop();
     }
 }

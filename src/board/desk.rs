@@ -1,0 +1,267 @@
+//! The desk behind the link: what each request gets for an answer.
+//!
+//! Questions are answered at once from the latest values. Commands go to the task that can carry them out, the
+//! sample path or the storage, and their answer follows when it comes; until then any other command is refused as
+//! [`Refusal::Busy`], so that every answer belongs to the one command that is open.
+
+use embassy_sync::watch::Receiver;
+use embassy_time::Instant;
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::Analyser;
+use hexsense::sampling::RATES_HZ;
+use hexsense::wire::frame::{self, Closed};
+use hexsense::wire::message::{self, Drive, Refusal, Request, Response, Status, StreamContent};
+use hexsense::wire::{Frame, FrameError, Kind, telemetry};
+
+use super::clock::Source;
+use super::exchange::{Active, Exchange, Guard, Progress};
+use super::identity::Origin;
+use super::quick_look;
+use super::sampling::{self, Block};
+use super::storage;
+use super::supply::Reading;
+use super::timing::TELEMETRY_LIMIT_BITS_PER_S;
+
+/// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
+pub const MAX_REQUEST_FRAME: usize = 256;
+/// A set's coefficients hold this far from the temperature that they were found at, K.
+const CALIBRATED_RANGE_K: f32 = 10.0;
+
+/// What the link knows and answers from.
+pub struct Desk {
+    origin: Origin,
+    exchange: &'static Exchange,
+    supply: Receiver<'static, Guard, Reading, 2>,
+    active: Receiver<'static, Guard, Active, 2>,
+    progress: Receiver<'static, Guard, Progress, 1>,
+    stream: StreamContent,
+    tilt: Option<[f32; 2]>,
+    /// Sequence number of the command that another task is carrying out.
+    open: Option<u16>,
+    frames_damaged: u32,
+    telemetry_sequence: u16,
+}
+
+/// What becomes of a request.
+enum Outcome {
+    Answer(Response),
+    /// Another task will answer.
+    Later,
+}
+
+impl Desk {
+    /// A desk that streams nothing yet.
+    pub fn new(origin: Origin, exchange: &'static Exchange) -> Self {
+        // The exchange has one receiver of each for this task, which starts once.
+        Self {
+            origin,
+            exchange,
+            supply: exchange.supply.receiver().expect("a receiver is left"),
+            active: exchange.active.receiver().expect("a receiver is left"),
+            progress: exchange.progress.receiver().expect("a receiver is left"),
+            stream: StreamContent::default(),
+            tilt: None,
+            open: None,
+            frames_damaged: 0,
+            telemetry_sequence: 0,
+        }
+    }
+
+    /// Counts a damaged frame or a fault of the receiver.
+    pub fn count_damaged(&mut self) {
+        self.frames_damaged = self.frames_damaged.saturating_add(1);
+    }
+
+    /// Takes in what the host sent; returns the length of the frame to send back, if there is one by now.
+    pub fn take_in(&mut self, closed: Closed<'_>, out: &mut [u8]) -> Option<usize> {
+        let Closed::Frame(bytes) = closed else {
+            self.count_damaged();
+            return None;
+        };
+        let Ok(Frame {
+            kind,
+            sequence,
+            payload,
+        }) = frame::decode(bytes)
+        else {
+            self.count_damaged();
+            return None;
+        };
+        match kind {
+            Kind::Hello => sendable(self.origin.greeting().encode(sequence, out)),
+            Kind::Request => {
+                let outcome = match message::decode_request(payload) {
+                    Some(request) => self.decide(request, sequence),
+                    None => Err(Refusal::Malformed),
+                };
+                match outcome {
+                    Ok(Outcome::Later) => None,
+                    Ok(Outcome::Answer(answer)) => encode(&answer, sequence, out),
+                    Err(refusal) => encode(&Response::Refused(refusal), sequence, out),
+                }
+            }
+            Kind::Greeting | Kind::Response | Kind::Block => {
+                self.count_damaged();
+                None
+            }
+        }
+    }
+
+    /// Takes another task's answer; returns the length of the frame to send.
+    pub fn hand_out(&mut self, answer: &Response, out: &mut [u8]) -> Option<usize> {
+        let sequence = self.open.take()?;
+        encode(answer, sequence, out)
+    }
+
+    /// Looks at a block; returns the length of the frame to send when the host wants blocks.
+    pub fn pass_on(&mut self, block: &Block, out: &mut [u8]) -> Option<usize> {
+        self.tilt = block.header.set.map(|_| quick_look::tilt(&block.values));
+        if !self.stream.counts && !self.stream.values {
+            return None;
+        }
+        let header = telemetry::Header {
+            content: self.stream,
+            ..block.header
+        };
+        let sequence = self.telemetry_sequence;
+        self.telemetry_sequence = sequence.wrapping_add(1);
+        sendable(telemetry::encode(
+            &header,
+            &block.counts,
+            &block.values,
+            sequence,
+            out,
+        ))
+    }
+
+    fn decide(&mut self, request: Request, sequence: u16) -> Result<Outcome, Refusal> {
+        match request {
+            Request::Identity => Ok(Outcome::Answer(Response::Identity(self.origin.identity()))),
+            Request::Status => Ok(Outcome::Answer(Response::Status(self.status()))),
+            Request::Stream(content) => self.set_stream(content),
+            Request::Rate(hz) => self.set_rate(hz, sequence),
+            Request::Drive(drive) => self.set_drive(drive, sequence),
+            Request::Harmonics { channel } if usize::from(channel) >= CHANNELS => {
+                Err(Refusal::Channel { channel })
+            }
+            Request::Harmonics { channel } => {
+                self.to_sampling(sampling::Command::Harmonics(channel), sequence)
+            }
+            Request::ActiveSet => self.to_storage(storage::Command::ActiveSet, sequence),
+            Request::ReadSet { offset } => {
+                self.to_storage(storage::Command::Read(offset), sequence)
+            }
+            Request::UploadBegin { length, id } => {
+                self.to_storage(storage::Command::Begin(length, id), sequence)
+            }
+            Request::UploadChunk { offset, bytes } => {
+                self.to_storage(storage::Command::Chunk(offset, bytes), sequence)
+            }
+            Request::UploadCommit => self.to_storage(storage::Command::Commit, sequence),
+            Request::UploadAbort => self.to_storage(storage::Command::Abort, sequence),
+        }
+    }
+
+    fn set_stream(&mut self, content: StreamContent) -> Result<Outcome, Refusal> {
+        if content.values && !self.active.contains_value() {
+            return Err(Refusal::NoSet);
+        }
+        check_capacity(content, self.rate_hz())?;
+        self.stream = content;
+        Ok(Outcome::Answer(Response::Done))
+    }
+
+    fn set_rate(&mut self, hz: u32, sequence: u16) -> Result<Outcome, Refusal> {
+        if !RATES_HZ.contains(&hz) {
+            return Err(Refusal::Rate { hz });
+        }
+        check_capacity(self.stream, hz)?;
+        self.to_sampling(sampling::Command::Rate(hz), sequence)
+    }
+
+    fn set_drive(&mut self, drive: Drive, sequence: u16) -> Result<Outcome, Refusal> {
+        if self.origin.clock != Source::Crystal {
+            return Err(Refusal::NoCrystal);
+        }
+        if !Analyser::accepts(&drive) {
+            return Err(Refusal::Drive);
+        }
+        self.to_sampling(sampling::Command::Drive(drive), sequence)
+    }
+
+    fn to_sampling(
+        &mut self,
+        command: sampling::Command,
+        sequence: u16,
+    ) -> Result<Outcome, Refusal> {
+        self.check_idle()?;
+        let sent = self.exchange.to_sampling.try_send(command);
+        sent.map_err(|_| Refusal::Busy)?;
+        self.open = Some(sequence);
+        Ok(Outcome::Later)
+    }
+
+    fn to_storage(&mut self, command: storage::Command, sequence: u16) -> Result<Outcome, Refusal> {
+        self.check_idle()?;
+        let sent = self.exchange.to_storage.try_send(command);
+        sent.map_err(|_| Refusal::Busy)?;
+        self.open = Some(sequence);
+        Ok(Outcome::Later)
+    }
+
+    fn check_idle(&self) -> Result<(), Refusal> {
+        match self.open {
+            Some(_) => Err(Refusal::Busy),
+            None => Ok(()),
+        }
+    }
+
+    fn rate_hz(&mut self) -> u32 {
+        self.progress.try_get().unwrap_or_default().rate_hz
+    }
+
+    fn status(&mut self) -> Status {
+        let progress = self.progress.try_get().unwrap_or_default();
+        let supply = self.supply.try_get();
+        let calibrated_c = self.active.try_get().map(|active| active.temperature_c);
+        let in_calibrated_range = supply
+            .zip(calibrated_c)
+            .is_some_and(|(now, then)| (now.temperature_c - then).abs() <= CALIBRATED_RANGE_K);
+        Status {
+            uptime_ms: Instant::now().as_millis(),
+            rate_hz: progress.rate_hz,
+            scans: progress.scans,
+            scans_lost: progress.lost,
+            blocks_dropped: progress.dropped,
+            frames_damaged: self.frames_damaged,
+            crystal: self.origin.clock == Source::Crystal,
+            supply: supply.map_or(f32::NAN, Reading::factor),
+            temperature_c: supply.map_or(f32::NAN, |reading| reading.temperature_c),
+            in_calibrated_range,
+            tilt_approximate_rad: self.tilt,
+            panic: self.origin.panic.clone(),
+        }
+    }
+}
+
+fn check_capacity(content: StreamContent, rate_hz: u32) -> Result<(), Refusal> {
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz);
+    if (content.counts || content.values) && bits_per_s > TELEMETRY_LIMIT_BITS_PER_S {
+        return Err(Refusal::LinkCapacity {
+            bits_per_s,
+            limit: TELEMETRY_LIMIT_BITS_PER_S,
+        });
+    }
+    Ok(())
+}
+
+fn encode(answer: &Response, sequence: u16, out: &mut [u8]) -> Option<usize> {
+    sendable(message::encode_response(answer, sequence, out))
+}
+
+/// Every answer fits a frame, so an error here is a mistake of the build; the host will ask again.
+fn sendable(encoded: Result<usize, FrameError>) -> Option<usize> {
+    encoded
+        .inspect_err(|_| defmt::error!("an answer does not fit a frame"))
+        .ok()
+}

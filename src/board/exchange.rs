@@ -1,0 +1,97 @@
+//! What passes between the tasks: everything they share, and nothing else is shared.
+//!
+//! ```text
+//!           supply ──────────────┐ c, temperature
+//!                                ▼
+//!  converters ─blocks─▶ sampling ─blocks─▶ link ◀─bytes─▶ host
+//!                         ▲  ▲  └progress──▲ │
+//!             active set ─┘  └──commands─────┤
+//!                 storage ◀─────commands─────┘     answers of both ─▶ link
+//! ```
+//!
+//! Blocks go through a channel of their own, in place (see [`super::sampling::Blocks`]). A *latest* value has one
+//! writer and overwrites itself; a command is answered exactly once.
+
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_sync::watch::Watch;
+use hexsense::sampling::Calibrator;
+use hexsense::wire::Response;
+use hexsense::wire::message;
+
+use super::{sampling, storage, supply};
+
+/// Guards what tasks of different priorities share.
+pub type Guard = CriticalSectionRawMutex;
+
+/// The coefficient set in use.
+#[derive(Clone)]
+pub struct Active {
+    /// Which one it is.
+    pub set: message::ActiveSet,
+    /// Temperature of the die during its calibration, °C.
+    pub temperature_c: f32,
+    /// The set in the form that the sample path uses.
+    pub calibrator: Calibrator,
+}
+
+/// How far the sample path has come since the start.
+#[derive(Clone, Copy, Default, defmt::Format)]
+pub struct Progress {
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
+    /// Scans taken.
+    pub scans: u64,
+    /// Scans lost in the converters or their rings.
+    pub lost: u64,
+    /// Blocks that the link had no room for.
+    pub dropped: u32,
+}
+
+/// Signs of life; the watchdog is fed when all three have come.
+pub struct Alive {
+    /// A block was handled.
+    pub sampling: Signal<Guard, ()>,
+    /// The link took its turn.
+    pub link: Signal<Guard, ()>,
+    /// The storage took its turn.
+    pub storage: Signal<Guard, ()>,
+}
+
+/// Everything that passes between the tasks but blocks.
+pub struct Exchange {
+    /// Latest supply and temperature: to sampling and link.
+    pub supply: Watch<Guard, supply::Reading, 2>,
+    /// Latest active set, once there is one: to sampling and link.
+    pub active: Watch<Guard, Active, 2>,
+    /// Latest progress of the sample path: to the link.
+    pub progress: Watch<Guard, Progress, 1>,
+    /// Link to sample path.
+    pub to_sampling: Channel<Guard, sampling::Command, 1>,
+    /// Link to storage.
+    pub to_storage: Channel<Guard, storage::Command, 1>,
+    /// Sample path and storage to link: one answer for each command.
+    pub answers: Channel<Guard, Response, 1>,
+    /// To the supervisor.
+    pub alive: Alive,
+}
+
+impl Exchange {
+    /// Nothing known yet, nobody waiting.
+    pub const fn new() -> Self {
+        Self {
+            supply: Watch::new(),
+            active: Watch::new(),
+            progress: Watch::new(),
+            to_sampling: Channel::new(),
+            to_storage: Channel::new(),
+            answers: Channel::new(),
+            alive: Alive {
+                sampling: Signal::new(),
+                link: Signal::new(),
+                storage: Signal::new(),
+            },
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Supply voltage and die temperature, measured slowly on ADC5.
+//!
+//! The converters measure against their supply: a supply that drifts is gain that drifts. The chip's own reference
+//! VREFINT does not drift with it, and its code at 3.0 V was noted at the factory:
+//!
+//! ```text
+//! VDDA = 3.0 V · VREFINT_CAL / code(VREFINT)          c = VDDA / 3.3 V
+//! T = 30 °C + 100 K · (code(TS) · VDDA / 3.0 V − TS_CAL1) / (TS_CAL2 − TS_CAL1)
+//! ```
+//!
+//! (RM0440, 21.4.31 and 21.4.33; calibration words in the data sheet DS12288, 3.18.) A count's supply error multiplies
+//! half of the full scale, so c must be known far better than one conversion gives it: each reading is the sum of
+//! 256 conversions, and readings are smoothed over about 1.5 s.
+
+use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
+use embassy_stm32::pac;
+use embassy_time::{Ticker, Timer};
+use hexsense::sampling::NOMINAL_SUPPLY_V;
+
+use super::exchange::Exchange;
+use super::pins::{self, Irqs};
+use super::timing::{INTERNAL_START, SUPPLY_PERIOD};
+
+/// The smoothed supply and temperature.
+#[derive(Clone, Copy, defmt::Format)]
+pub struct Reading {
+    /// Supply of the converters, V.
+    pub vdda_v: f32,
+    /// Temperature of the die, °C.
+    pub temperature_c: f32,
+}
+
+impl Reading {
+    /// The supply factor c of [`hexsense::sampling`].
+    pub fn factor(self) -> f32 {
+        self.vdda_v / NOMINAL_SUPPLY_V
+    }
+}
+
+/// What the factory noted about this chip: 12-bit codes at a supply of 3.0 V.
+struct Factory {
+    vrefint: u16,
+    temperature_30c: u16,
+    temperature_130c: u16,
+}
+
+impl Factory {
+    const SUPPLY_V: f32 = 3.0;
+    const LOW_C: f32 = 30.0;
+    const SPAN_K: f32 = 100.0;
+
+    fn read() -> Self {
+        const TS_CAL1: *const u16 = 0x1FFF_75A8 as *const u16;
+        const TS_CAL2: *const u16 = 0x1FFF_75CA as *const u16;
+        // SAFETY: both are aligned half-words in the chip's read-only system memory.
+        let (low, high) = unsafe { (TS_CAL1.read_volatile(), TS_CAL2.read_volatile()) };
+        Self {
+            vrefint: pac::VREFINTCAL.data().read(),
+            temperature_30c: low,
+            temperature_130c: high,
+        }
+    }
+
+    /// Supply and temperature from two codes, which count 16 to one 12-bit code.
+    fn convert(&self, vrefint: u16, temperature: u16) -> Reading {
+        const PER_CODE: f32 = 16.0;
+        let vdda_v = Self::SUPPLY_V * f32::from(self.vrefint) * PER_CODE / f32::from(vrefint);
+        let at_3v = f32::from(temperature) / PER_CODE * vdda_v / Self::SUPPLY_V;
+        let low = f32::from(self.temperature_30c);
+        let span = f32::from(self.temperature_130c) - low;
+        Reading {
+            vdda_v,
+            temperature_c: Self::LOW_C + Self::SPAN_K * (at_3v - low) / span,
+        }
+    }
+}
+
+/// Measures for ever and leaves each smoothed reading in `exchange`.
+#[embassy_executor::task]
+pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! {
+    let latest = exchange.supply.sender();
+    // 256 conversions, shifted by 4: 16 counts for one code, as on the other converters.
+    let mut adc = Adc::new(
+        parts.adc,
+        AdcConfig {
+            oversampling_ratio: Some(7),
+            oversampling_shift: Some(4),
+            oversampling_mode: Some((Rovsm::RESUMED, Trovs::AUTOMATIC, true)),
+            ..AdcConfig::default()
+        },
+    );
+    // The first conversion after a pause of more than 1 ms may be wrong (errata ES0430), so it is thrown away.
+    let mut discarded = adc.enable_vrefint().degrade_adc::<'static>();
+    let mut vrefint = adc.enable_vrefint().degrade_adc::<'static>();
+    let mut temperature = adc.enable_temperature().degrade_adc::<'static>();
+    Timer::after(INTERNAL_START).await;
+    let factory = Factory::read();
+    let mut smoothed: Option<Reading> = None;
+    let mut codes = [0u16; 3];
+    let mut ticker = Ticker::every(SUPPLY_PERIOD);
+    loop {
+        let sequence = [
+            (&mut discarded, SampleTime::CYCLES640_5),
+            (&mut vrefint, SampleTime::CYCLES640_5),
+            (&mut temperature, SampleTime::CYCLES640_5),
+        ];
+        adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
+            .await;
+        let [_, vrefint_code, temperature_code] = codes;
+        let reading = smooth(smoothed, factory.convert(vrefint_code, temperature_code));
+        smoothed = Some(reading);
+        latest.send(reading);
+        ticker.next().await;
+    }
+}
+
+/// First-order low-pass over sixteen readings, which starts at the first.
+fn smooth(before: Option<Reading>, new: Reading) -> Reading {
+    const WEIGHT: f32 = 1.0 / 16.0;
+    before.map_or(new, |before| Reading {
+        vdda_v: before.vdda_v + WEIGHT * (new.vdda_v - before.vdda_v),
+        temperature_c: before.temperature_c + WEIGHT * (new.temperature_c - before.temperature_c),
+    })
+}
