@@ -1,0 +1,120 @@
+//! What is taken for granted, and how far each of it may be off.
+//!
+//! An estimate stands on the geometry file, the sensor file and the data sheet of the board. Each number there has a
+//! tolerance; [`Belief::doubts`] lists beliefs with one number changed by its standard uncertainty, so that repeating
+//! the estimate under each shows what that doubt does to every result (GUM 5.1.3, note 2).
+
+use hexsense::calibration::budget::{Cause, uniform};
+use hexsense::calibration::truth::Site;
+use hexsense::channel::JACKS;
+use hexsense::kinematics::{Geometry, GeometryError};
+use nalgebra::Vector3;
+
+use crate::geometry_file::GeometryFile;
+use crate::sensor_file::SensorFile;
+
+/// Everything that turns counts into lengths and poses into truth.
+#[derive(Debug, Clone)]
+pub struct Belief {
+    lower: [Vector3<f64>; JACKS],
+    upper: [Vector3<f64>; JACKS],
+    length_min_m: f64,
+    length_max_m: f64,
+    home_height_m: f64,
+    /// Counts at mid-stroke.
+    zero_counts: [f64; JACKS],
+    /// Change of length per count, m.
+    metres_per_count: [f64; JACKS],
+    /// True counts at nominal supply per believed one.
+    pub supply: f64,
+    /// True time per believed time.
+    pub clock: f64,
+    /// Lever arm and gravity.
+    pub site: Site,
+}
+
+/// A belief with one number changed by its standard uncertainty.
+#[derive(Debug, Clone)]
+pub struct Doubt {
+    /// What was changed.
+    pub cause: Cause,
+    /// The changed belief.
+    pub belief: Belief,
+}
+
+impl Belief {
+    /// What the files say.
+    #[must_use]
+    pub fn new(base: &GeometryFile, sensors: &SensorFile) -> Self {
+        let geometry = &base.geometry;
+        let stroke_m = geometry.length_max_m() - geometry.length_min_m();
+        let counts_per_volt = sensors.counts_per_volt();
+        Self {
+            lower: *geometry.lower(),
+            upper: *geometry.upper(),
+            length_min_m: geometry.length_min_m(),
+            length_max_m: geometry.length_max_m(),
+            home_height_m: geometry.home_height_m(),
+            zero_counts: [sensors.jacks.zero_volts * counts_per_volt; JACKS],
+            metres_per_count: [stroke_m / sensors.jacks.full_stroke_volts / counts_per_volt; JACKS],
+            supply: 1.0,
+            clock: 1.0,
+            site: Site { lever_arm_m: Vector3::from(sensors.lever_arm_m), gravity_m_s2: sensors.gravity_m_s2 },
+        }
+    }
+
+    /// The geometry under this belief.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the changed numbers make no motion base.
+    pub fn geometry(&self) -> Result<Geometry<f64>, GeometryError<f64>> {
+        Geometry::new(self.lower, self.upper, self.length_min_m, self.length_max_m, Some(self.home_height_m))
+    }
+
+    /// Jack lengths, m, from counts at nominal supply.
+    #[must_use]
+    pub fn lengths_m(&self, counts: &[f64; JACKS]) -> [f64; JACKS] {
+        let mid_m = (self.length_min_m + self.length_max_m) / 2.0;
+        core::array::from_fn(|jack| {
+            mid_m + (counts[jack] * self.supply - self.zero_counts[jack]) * self.metres_per_count[jack]
+        })
+    }
+
+    /// All doubts: hinges, jack gains and offsets, converters, supply, clock and lever arm.
+    #[must_use]
+    pub fn doubts(&self, base: &GeometryFile, sensors: &SensorFile) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        let mut doubt = |cause, change: &dyn Fn(&mut Self)| {
+            let mut belief = self.clone();
+            change(&mut belief);
+            doubts.push(Doubt { cause, belief });
+        };
+        let (jacks, adc) = (&sensors.jacks, &sensors.adc);
+        let gain = uniform(adc.gain_tolerance);
+        for jack in 0..JACKS {
+            for axis in 0..3 {
+                doubt(Cause::Hinges, &|belief| belief.lower[jack][axis] += base.hinge_tolerance_m);
+                doubt(Cause::Hinges, &|belief| belief.upper[jack][axis] += base.hinge_tolerance_m);
+            }
+            let offset = uniform(jacks.offset_tolerance_m) / self.metres_per_count[jack];
+            doubt(Cause::JackGain, &|belief| belief.metres_per_count[jack] *= 1.0 + uniform(jacks.gain_tolerance));
+            doubt(Cause::JackOffset, &|belief| belief.zero_counts[jack] += offset);
+        }
+        // The gain of a converter turns about zero counts, not about mid-stroke.
+        doubt(Cause::JackConverter, &|belief| {
+            belief.metres_per_count.iter_mut().for_each(|metres| *metres *= 1.0 + gain);
+            belief.zero_counts.iter_mut().for_each(|zero| *zero /= 1.0 + gain);
+        });
+        let code = uniform(adc.offset_tolerance_lsb) * f64::from(COUNTS_PER_CODE);
+        doubt(Cause::JackConverter, &|belief| belief.zero_counts.iter_mut().for_each(|zero| *zero += code));
+        doubt(Cause::SupplyReference, &|belief| belief.supply *= 1.0 + gain);
+        doubt(Cause::Clock, &|belief| belief.clock *= 1.0 + uniform(adc.clock_tolerance_ppm * 1e-6));
+        for axis in 0..3 {
+            doubt(Cause::LeverArm, &|belief| belief.site.lever_arm_m[axis] += uniform(sensors.lever_arm_tolerance_m));
+        }
+        doubts
+    }
+}
+
+/// Conversions that the board adds up into a count.
+const COUNTS_PER_CODE: u32 = 16;

@@ -1,0 +1,125 @@
+//! From captures to coefficients: what `hexsense calibrate` and `hexsense verify` compute.
+//!
+//! ```text
+//! captures ──condense──▶ means of holds, harmonics, jack series
+//!                            │            ▲ repeated with each belief changed by its uncertainty
+//!                            ▼            │
+//!             belief ──▶ estimate ──▶ budget ──▶ results
+//! ```
+//!
+//! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
+//! - [`condense`]: the captures reduced to what the estimate needs; nothing that is believed enters here.
+//! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
+//! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
+//! - [`filter`]: the zero-phase low-pass that held-out movements are compared behind.
+//! - [`held_out`]: calibrated values against the base's own pose on a movement that nothing was fitted to.
+
+pub mod belief;
+pub mod condense;
+pub mod estimate;
+pub mod filter;
+pub mod held_out;
+pub mod results;
+
+use hexsense::calibration::triad::TriadError;
+use hexsense::calibration::zero::ZeroError;
+use hexsense::channel::Triad;
+use hexsense::excitation::Program;
+use hexsense::kinematics::ForwardError;
+
+use crate::capture::Capture;
+
+/// One recorded run.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Name of the run, as in the plan.
+    pub name: String,
+    /// What the base was told to do.
+    pub program: Program,
+    /// What the board sent.
+    pub capture: Capture,
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
+}
+
+/// Why captures do not make a calibration. Nothing has been written.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// A run that the method needs is not there.
+    #[error("the campaign has no {run} run; record it, then analyse again")]
+    MissingRun {
+        /// What is missing.
+        run: &'static str,
+    },
+    /// Scans were lost where they count.
+    #[error("run {run}: {missing} scans are missing from scan {scan} on, inside the stretch that is evaluated; repeat the run")]
+    Gap {
+        /// The run.
+        run: String,
+        /// Counter of the first missing scan.
+        scan: u64,
+        /// How many are missing.
+        missing: u64,
+    },
+    /// The movement was not found in the jacks.
+    #[error("run {run}: the jacks do not follow the program (they fit it to {fit:.0} % at best, at least 90 % is needed); was the right program loaded?")]
+    NotFound {
+        /// The run.
+        run: String,
+        /// Share of the program's movement that the jacks show, %.
+        fit: f64,
+    },
+    /// The capture ends before the program.
+    #[error("run {run}: the capture ends {missing_s:.1} s before the program does; repeat the run")]
+    Short {
+        /// The run.
+        run: String,
+        /// What is missing, s.
+        missing_s: f64,
+    },
+    /// A channel moved during the zero run.
+    #[error("zero run, channel {channel}: {source}")]
+    Zero {
+        /// The channel.
+        channel: &'static str,
+        /// What is wrong.
+        source: ZeroError,
+    },
+    /// A signal that is not fit to be fitted.
+    #[error("run {run}, channel {channel}: no sine of {frequency_hz} Hz could be fitted; is the sensor connected?")]
+    NoSine {
+        /// The run.
+        run: String,
+        /// The channel.
+        channel: &'static str,
+        /// Drive frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// Jack lengths without a pose.
+    #[error("run {run}: the jack lengths give no pose: {source}; do geometry file and base belong together?")]
+    Pose {
+        /// The run.
+        run: String,
+        /// What is wrong.
+        source: ForwardError<f64>,
+    },
+    /// The geometry changed by its tolerance is no motion base any more.
+    #[error("{cause} changed by its tolerance leave no working base: {problem}; check hinge_tolerance in the geometry file")]
+    Tolerance {
+        /// What was changed.
+        cause: &'static str,
+        /// What went wrong.
+        problem: String,
+    },
+    /// A triad that does not come out.
+    #[error("{triad:?}: {source}")]
+    Triad {
+        /// The triad.
+        triad: Triad,
+        /// What is wrong.
+        source: TriadError,
+    },
+    /// The result is not fit to be a coefficient set.
+    #[error("the result is not a usable coefficient set: {0}")]
+    Record(#[from] hexsense::store::RecordError),
+}

@@ -1,0 +1,164 @@
+//! Reading and replacing the files that people touch, with errors that say where something is wrong.
+//!
+//! A file is never left half written: its text goes to a file beside it, which then takes its name.
+
+use std::fmt::Display;
+use std::fs;
+use std::io::{self, Write};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+/// Why a file cannot be used. Every message starts with the file's name.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The system does not let it be read.
+    #[error("{file}: cannot be read: {reason}")]
+    Read {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// The system does not let it be written.
+    #[error("{file}: cannot be written: {reason}; what was there before is unchanged")]
+    Write {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// Not TOML or JSON, or a key is missing, unknown or of another type.
+    #[error("{file}: {problem}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The parser's words, with line and column.
+        problem: String,
+    },
+    /// A value that cannot be.
+    #[error("{file}: {key} is {value}; {limit}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The key, with its table and its index from 1.
+        key: String,
+        /// The value there.
+        value: String,
+        /// What it must be.
+        limit: String,
+    },
+    /// A line of a table that cannot be.
+    #[error("{file}, line {line}: {problem}")]
+    Line {
+        /// The file.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+}
+
+impl FileError {
+    /// The error that `key` of `file` is `value` but must be something else.
+    pub fn value(
+        file: &str,
+        key: impl Into<String>,
+        value: impl Display,
+        limit: impl Into<String>,
+    ) -> Self {
+        Self::Value {
+            file: file.to_owned(),
+            key: key.into(),
+            value: value.to_string(),
+            limit: limit.into(),
+        }
+    }
+}
+
+/// The text of a file.
+///
+/// # Errors
+/// [`FileError::Read`].
+pub fn read(path: &Path) -> Result<String, FileError> {
+    fs::read_to_string(path).map_err(|reason| FileError::Read {
+        file: path.display().to_string(),
+        reason,
+    })
+}
+
+/// Reads `text`, which came from `file`, as TOML.
+///
+/// # Errors
+/// [`FileError::Syntax`].
+pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, FileError> {
+    toml::from_str(text).map_err(|error| FileError::Syntax {
+        file: file.to_owned(),
+        problem: error.to_string().trim_end().to_owned(),
+    })
+}
+
+/// Writes `text` as the whole content of `path`, at once: the old content stays until the new one is complete.
+///
+/// # Errors
+/// [`FileError::Write`].
+pub fn replace(path: &Path, text: &str) -> Result<(), FileError> {
+    let part = part_of(path);
+    let write = || {
+        let mut file = fs::File::create(&part)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&part, path)
+    };
+    write().map_err(|reason| FileError::Write {
+        file: path.display().to_string(),
+        reason,
+    })
+}
+
+/// Name of the file that becomes `path` when it is complete.
+#[must_use]
+pub fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    PathBuf::from(name)
+}
+
+/// `value` when it is a number inside `range`.
+///
+/// # Errors
+/// [`FileError::Value`].
+pub fn within(
+    file: &str,
+    key: &str,
+    value: f64,
+    range: RangeInclusive<f64>,
+) -> Result<f64, FileError> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let limit = format!("it must be {} to {}", range.start(), range.end());
+    Err(FileError::value(file, key, value, limit))
+}
+
+/// Lower-case hexadecimal digits of `bytes`.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The `N` bytes that `text` spells in hexadecimal digits; `None` when it does not.
+#[must_use]
+pub fn from_hex<const N: usize>(text: &str) -> Option<[u8; N]> {
+    let digits = text.as_bytes();
+    if digits.len() != 2 * N || !text.is_ascii() {
+        return None;
+    }
+    let mut bytes = [0; N];
+    for (byte, pair) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+        *byte = u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()?;
+    }
+    Some(bytes)
+}

@@ -1,0 +1,232 @@
+//! The sensor file: what the data sheets say of the sensors, the jack transducers and the converter, as TOML.
+//!
+//! Tolerances are limits that the maker promises (±); noise is one standard deviation. Nothing in this file is
+//! measured on the device at hand: it gives the first guess, and the widths from which uncertainties start.
+//!
+//! ```text
+//! volts on the pin = zero_volts + volts_per_unit · value        counts = volts / supply · 65536
+//! ```
+
+use std::path::Path;
+
+use hexsense::channel::{COUNTS_AT_SUPPLY, Triad};
+use serde::Deserialize;
+
+use crate::files::{self, FileError};
+
+/// The data sheets of everything that is wired to the board.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorFile {
+    /// Name of the set of sensors.
+    pub name: String,
+    /// Local gravity, m/s².
+    pub gravity_m_s2: f64,
+    /// Nominal supply and reference of the converter, V.
+    pub supply_v: f64,
+    /// Place of the sensor block in the body frame, from O, m.
+    pub lever_arm_m: [f64; 3],
+    /// How far off that place may be in each axis, ± m.
+    pub lever_arm_tolerance_m: f64,
+    /// The three accelerometers; values in m/s².
+    pub linear_acceleration: TriadSheet,
+    /// The three angular accelerometers; values in rad/s².
+    pub angular_acceleration: TriadSheet,
+    /// The three rate gyros; values in rad/s.
+    pub angular_rate: TriadSheet,
+    /// The six jack displacement transducers.
+    pub jacks: JackSheet,
+    /// The converter of the board.
+    pub adc: ConverterSheet,
+}
+
+/// Data sheet of three sensors of one kind. "Unit" is the triad's: m/s², rad/s² or rad/s.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TriadSheet {
+    /// Largest value that is measured, ± unit.
+    pub full_scale: f64,
+    /// Sensitivity, V per unit.
+    pub volts_per_unit: f64,
+    /// Output at zero, V.
+    pub zero_volts: f64,
+    /// Relative tolerance of the sensitivity, ±.
+    pub gain_tolerance: f64,
+    /// Tolerance of the zero, ± unit.
+    pub bias_tolerance: f64,
+    /// Noise density, unit/√Hz.
+    pub noise_density: f64,
+    /// Random walk of the zero: standard deviation of its change in 5 min, unit.
+    pub bias_walk_5min: f64,
+    /// Range of the second-order bandwidth, Hz.
+    pub bandwidth_hz: [f64; 2],
+    /// Range of its damping, dimensionless.
+    pub damping: [f64; 2],
+    /// Misalignment of each sensor to its axis, standard deviation, degrees.
+    pub misalignment_deg: f64,
+}
+
+/// Data sheet of the jack displacement transducers.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JackSheet {
+    /// Change of the output from the shortest to the longest jack, V.
+    pub full_stroke_volts: f64,
+    /// Output at mid-stroke, V.
+    pub zero_volts: f64,
+    /// Relative tolerance of the sensitivity, ±.
+    pub gain_tolerance: f64,
+    /// Tolerance of the zero, ± m.
+    pub offset_tolerance_m: f64,
+    /// Noise at 1 kHz, m rms.
+    pub noise_rms_m: f64,
+}
+
+/// Data sheet of the analog-to-digital converter and of the board's clock.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConverterSheet {
+    /// Relative tolerance of the gain, ±.
+    pub gain_tolerance: f64,
+    /// Tolerance of the offset, ± 12-bit LSB (16 counts each).
+    pub offset_tolerance_lsb: f64,
+    /// Tolerance of the board's clock, ± ppm.
+    pub clock_tolerance_ppm: f64,
+}
+
+impl SensorFile {
+    /// Reads a sensor file.
+    ///
+    /// # Errors
+    /// [`FileError`] with file, key, value and limit.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        Self::parse(&path.display().to_string(), &files::read(path)?)
+    }
+
+    /// Reads `text`, which came from `file`.
+    ///
+    /// # Errors
+    /// [`FileError::Syntax`] and [`FileError::Value`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
+        let sheet: Self = files::from_toml(file, text)?;
+        let check = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, key, value, low..=high).map(drop)
+        };
+        check("gravity_m_s2", sheet.gravity_m_s2, 9.7, 9.9)?;
+        check("supply_v", sheet.supply_v, 1.7, 3.6)?;
+        for (place, axis) in sheet.lever_arm_m.into_iter().zip(["x", "y", "z"]) {
+            check(&format!("lever_arm_m.{axis}"), place, -20.0, 20.0)?;
+        }
+        check(
+            "lever_arm_tolerance_m",
+            sheet.lever_arm_tolerance_m,
+            0.0,
+            1.0,
+        )?;
+        for triad in Triad::ALL {
+            sheet
+                .triad(triad)
+                .check(file, table_of(triad), sheet.supply_v)?;
+        }
+        let jacks = &sheet.jacks;
+        check(
+            "jacks.full_stroke_volts",
+            jacks.full_stroke_volts.abs(),
+            0.1,
+            sheet.supply_v,
+        )?;
+        check("jacks.zero_volts", jacks.zero_volts, 0.0, sheet.supply_v)?;
+        check("jacks.gain_tolerance", jacks.gain_tolerance, 0.0, 0.5)?;
+        check(
+            "jacks.offset_tolerance_m",
+            jacks.offset_tolerance_m,
+            0.0,
+            1.0,
+        )?;
+        check("jacks.noise_rms_m", jacks.noise_rms_m, 0.0, 0.1)?;
+        let adc = &sheet.adc;
+        check("adc.gain_tolerance", adc.gain_tolerance, 0.0, 0.5)?;
+        check(
+            "adc.offset_tolerance_lsb",
+            adc.offset_tolerance_lsb,
+            0.0,
+            1e3,
+        )?;
+        check("adc.clock_tolerance_ppm", adc.clock_tolerance_ppm, 0.0, 1e5)?;
+        Ok(sheet)
+    }
+
+    /// Data sheet of one triad.
+    #[must_use]
+    pub fn triad(&self, triad: Triad) -> &TriadSheet {
+        match triad {
+            Triad::LinearAcceleration => &self.linear_acceleration,
+            Triad::AngularAcceleration => &self.angular_acceleration,
+            Triad::AngularRate => &self.angular_rate,
+        }
+    }
+
+    /// Counts of the board that one volt makes at the nominal supply.
+    #[must_use]
+    pub fn counts_per_volt(&self) -> f64 {
+        f64::from(COUNTS_AT_SUPPLY) / self.supply_v
+    }
+
+    /// Nominal displacement of a jack from mid-stroke, m, at `counts` (supply factor applied) and a stroke of
+    /// `stroke_m`.
+    #[must_use]
+    pub fn jack_displacement_m(&self, counts: f64, stroke_m: f64) -> f64 {
+        (counts / self.counts_per_volt() - self.jacks.zero_volts) * stroke_m
+            / self.jacks.full_stroke_volts
+    }
+}
+
+/// Name of a triad's table in the file.
+fn table_of(triad: Triad) -> &'static str {
+    match triad {
+        Triad::LinearAcceleration => "linear_acceleration",
+        Triad::AngularAcceleration => "angular_acceleration",
+        Triad::AngularRate => "angular_rate",
+    }
+}
+
+impl TriadSheet {
+    /// Counts per unit and counts at zero, as the data sheet promises them.
+    #[must_use]
+    pub fn nominal_counts(&self, counts_per_volt: f64) -> (f64, f64) {
+        (
+            self.volts_per_unit * counts_per_volt,
+            self.zero_volts * counts_per_volt,
+        )
+    }
+
+    fn check(&self, file: &str, table: &str, supply_v: f64) -> Result<(), FileError> {
+        let check = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, &format!("{table}.{key}"), value, low..=high).map(drop)
+        };
+        check("full_scale", self.full_scale, 1e-3, 1e4)?;
+        check("volts_per_unit", self.volts_per_unit.abs(), 1e-6, 1e3)?;
+        check("zero_volts", self.zero_volts, 0.0, supply_v)?;
+        check("gain_tolerance", self.gain_tolerance, 0.0, 0.5)?;
+        check("bias_tolerance", self.bias_tolerance, 0.0, self.full_scale)?;
+        check("noise_density", self.noise_density, 0.0, self.full_scale)?;
+        check("bias_walk_5min", self.bias_walk_5min, 0.0, self.full_scale)?;
+        check("misalignment_deg", self.misalignment_deg, 0.0, 10.0)?;
+        for (key, [low, high], limit) in [
+            ("bandwidth_hz", self.bandwidth_hz, 1e5),
+            ("damping", self.damping, 10.0),
+        ] {
+            check(key, low, 1e-2, limit)?;
+            if !(low..=limit).contains(&high) {
+                let limit = format!("its second number must be {low} to {limit}");
+                return Err(FileError::value(
+                    file,
+                    format!("{table}.{key}"),
+                    format!("[{low}, {high}]"),
+                    limit,
+                ));
+            }
+        }
+        Ok(())
+    }
+}
