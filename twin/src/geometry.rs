@@ -1,0 +1,360 @@
+//! The geometry file: where the hinges of a motion base are, and what its jacks may do.
+//!
+//! TOML. Lengths are in metres, from hinge centre to hinge centre; lower hinges in the earth frame, upper hinges in
+//! the body frame, one triple per jack in the order of the jacks:
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `name`, `note` | what the base is, and what is assumed about it |
+//! | `axes` | `"y-up"`: X forward, Y up, Z right. `"z-up"`: X forward, Y left, Z up; read as (x, z, −y) |
+//! | `lower`, `upper` | `[[x, y, z]; 6]` |
+//! | `length_min`, `length_max` | shortest and longest jack |
+//! | `home_height` | height of O at home; if left out, where every jack is at mid-length |
+//! | `hinge_tolerance` | 1σ of each coordinate of a hinge against this file; 0.0005 if left out |
+//! | `speed_max`, `acceleration_max` | limits of a jack, m/s and m/s²; none if left out |
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::algebra::{Rotation, Vec3};
+use crate::mechanism::{Mechanism, Pose};
+
+/// 1σ of a hinge coordinate where the file does not say, m.
+const DEFAULT_HINGE_TOLERANCE_M: f64 = 0.0005;
+/// How far from mid-length a jack may be at a home height that was not given, m.
+const MID_LENGTH_TOLERANCE_M: f64 = 0.001;
+/// No motion base is larger than this, m; a file beyond it is in other units.
+const LARGEST_M: f64 = 100.0;
+
+/// A motion base as its geometry file describes it.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    /// Name of the base.
+    pub name: String,
+    /// Nominal hinges.
+    pub nominal: Mechanism,
+    /// Shortest and longest jack, m.
+    pub length_m: [f64; 2],
+    /// Pose at home: level, O above the origin.
+    pub home: Pose,
+    /// Standard deviation of each coordinate of a true hinge about the nominal one, m.
+    pub hinge_tolerance_m: f64,
+    /// Highest speed of a jack, m/s.
+    pub speed_max_m_s: Option<f64>,
+    /// Highest acceleration of a jack, m/s².
+    pub acceleration_max_m_s2: Option<f64>,
+}
+
+/// Why a geometry file cannot be used. The file's own name is for the caller to add.
+#[derive(Debug, Error)]
+pub enum GeometryError {
+    /// Neither a preset nor a file.
+    #[error("{name}: no such preset or file ({source}); presets: {presets}", presets = preset_names())]
+    NotFound {
+        /// What was asked for.
+        name: String,
+        /// Why it could not be read as a file.
+        source: std::io::Error,
+    },
+    /// Something in a file is wrong.
+    #[error("{file}: {source}")]
+    InFile {
+        /// Preset or path.
+        file: String,
+        /// What is wrong.
+        #[source]
+        source: Box<GeometryError>,
+    },
+    /// Not TOML, an unknown or missing key, or a value of the wrong type.
+    #[error("not a geometry file: {0}")]
+    Syntax(#[from] toml::de::Error),
+    /// A table of hinges that does not have six triples.
+    #[error("{key}: {count} hinges, must be 6")]
+    HingeCount {
+        /// `lower` or `upper`.
+        key: &'static str,
+        /// Number of hinges in the file.
+        count: usize,
+    },
+    /// A hinge that is not a triple.
+    #[error("{key}[{hinge}]: {count} coordinates, must be 3")]
+    CoordinateCount {
+        /// `lower` or `upper`.
+        key: &'static str,
+        /// Which hinge, 1 to 6.
+        hinge: usize,
+        /// Number of coordinates in the file.
+        count: usize,
+    },
+    /// A number outside what it may be, or no number.
+    #[error("{key}: {value} is outside {low} to {high}")]
+    Range {
+        /// The key.
+        key: String,
+        /// The value in the file.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+    },
+    /// Shortest jack not shorter than the longest.
+    #[error("length_min: {min} m is not below length_max, {max} m")]
+    EmptyStroke {
+        /// `length_min`, m.
+        min: f64,
+        /// `length_max`, m.
+        max: f64,
+    },
+    /// No `home_height`, and no height that puts all jacks at mid-length.
+    #[error(
+        "home_height is missing, and at no height are all jacks at mid-length {mid:.4} m (jack {jack}: off by \
+         {off:.4} m at best, at most {MID_LENGTH_TOLERANCE_M} m); give home_height"
+    )]
+    NoMidHeight {
+        /// Mid-length, m.
+        mid: f64,
+        /// The worst jack, 1 to 6.
+        jack: usize,
+        /// Its distance from mid-length, m.
+        off: f64,
+    },
+    /// Home is out of reach.
+    #[error(
+        "home_height: at {height} m jack {jack} is {length:.4} m long, outside {min} to {max} m"
+    )]
+    HomeOutOfReach {
+        /// Height of O at home, m.
+        height: f64,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// Its length at home, m.
+        length: f64,
+        /// `length_min`, m.
+        min: f64,
+        /// `length_max`, m.
+        max: f64,
+    },
+    /// The jacks do not hold the platform at home.
+    #[error(
+        "lower, upper: the jacks do not determine the pose at home (singular Jacobian); check the hinges"
+    )]
+    Singular,
+}
+
+fn preset_names() -> String {
+    let names: Vec<&str> = hexsense::kinematics::presets::PRESETS
+        .iter()
+        .map(|(name, _)| *name)
+        .collect();
+    names.join(", ")
+}
+
+#[derive(Deserialize)]
+enum Axes {
+    #[serde(rename = "y-up")]
+    YUp,
+    #[serde(rename = "z-up")]
+    ZUp,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    #[serde(default, rename = "note")]
+    _note: String,
+    axes: Axes,
+    lower: Vec<Vec<f64>>,
+    upper: Vec<Vec<f64>>,
+    length_min: f64,
+    length_max: f64,
+    home_height: Option<f64>,
+    hinge_tolerance: Option<f64>,
+    speed_max: Option<f64>,
+    acceleration_max: Option<f64>,
+}
+
+impl Geometry {
+    /// Reads the preset of this name, or else the file at this path.
+    ///
+    /// # Errors
+    /// [`GeometryError`], with the preset or path in front.
+    pub fn load(name_or_path: &str) -> Result<Self, GeometryError> {
+        let preset = hexsense::kinematics::presets::PRESETS
+            .iter()
+            .find(|(name, _)| *name == name_or_path);
+        let text = match preset {
+            Some((_, text)) => (*text).to_owned(),
+            None => {
+                std::fs::read_to_string(name_or_path).map_err(|source| GeometryError::NotFound {
+                    name: name_or_path.to_owned(),
+                    source,
+                })?
+            }
+        };
+        Self::parse(&text).map_err(|source| GeometryError::InFile {
+            file: name_or_path.to_owned(),
+            source: Box::new(source),
+        })
+    }
+
+    /// Reads the text of a geometry file.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for anything that is not a motion base that can stand at home.
+    pub fn parse(text: &str) -> Result<Self, GeometryError> {
+        let file: File = toml::from_str(text)?;
+        let nominal = Mechanism {
+            lower: hinges("lower", &file.lower, &file.axes)?,
+            upper: hinges("upper", &file.upper, &file.axes)?,
+        };
+        let length_m = stroke(&file)?;
+        let height = match file.home_height {
+            Some(height) => in_range("home_height", height, -LARGEST_M, LARGEST_M)?,
+            None => mid_height(&nominal, 0.5 * (length_m[0] + length_m[1]))?,
+        };
+        let home = Pose {
+            position_m: Vec3([0.0, height, 0.0]),
+            attitude: Rotation::LEVEL,
+        };
+        check_home(&nominal, &home, length_m)?;
+        let limit = |key: &str, value: Option<f64>| {
+            value
+                .map(|value| in_range(key, value, 1e-6, 1e6))
+                .transpose()
+        };
+        Ok(Self {
+            name: file.name,
+            nominal,
+            length_m,
+            home,
+            hinge_tolerance_m: in_range(
+                "hinge_tolerance",
+                file.hinge_tolerance.unwrap_or(DEFAULT_HINGE_TOLERANCE_M),
+                0.0,
+                0.01,
+            )?,
+            speed_max_m_s: limit("speed_max", file.speed_max)?,
+            acceleration_max_m_s2: limit("acceleration_max", file.acceleration_max)?,
+        })
+    }
+
+    /// Length from which displacements count, m: the mean of the shortest and the longest.
+    #[must_use]
+    pub fn mid_length_m(&self) -> f64 {
+        0.5 * (self.length_m[0] + self.length_m[1])
+    }
+
+    /// Stroke of a jack, m.
+    #[must_use]
+    pub fn stroke_m(&self) -> f64 {
+        self.length_m[1] - self.length_m[0]
+    }
+
+    /// Displacements from mid-stroke of the six jacks at home, m.
+    #[must_use]
+    pub fn home_displacements_m(&self) -> [f64; 6] {
+        self.nominal
+            .lengths(&self.home)
+            .map(|length| length - self.mid_length_m())
+    }
+}
+
+fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<f64, GeometryError> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(GeometryError::Range {
+            key: key.to_owned(),
+            value,
+            low,
+            high,
+        })
+    }
+}
+
+fn hinges(key: &'static str, table: &[Vec<f64>], axes: &Axes) -> Result<[Vec3; 6], GeometryError> {
+    if table.len() != 6 {
+        return Err(GeometryError::HingeCount {
+            key,
+            count: table.len(),
+        });
+    }
+    let mut hinges = [Vec3::ZERO; 6];
+    for (index, coordinates) in table.iter().enumerate() {
+        let &[x, y, z] = coordinates.as_slice() else {
+            return Err(GeometryError::CoordinateCount {
+                key,
+                hinge: index + 1,
+                count: coordinates.len(),
+            });
+        };
+        for (value, letter) in [(x, 'x'), (y, 'y'), (z, 'z')] {
+            in_range(
+                &format!("{key}[{}].{letter}", index + 1),
+                value,
+                -LARGEST_M,
+                LARGEST_M,
+            )?;
+        }
+        hinges[index] = Vec3(match axes {
+            Axes::YUp => [x, y, z],
+            Axes::ZUp => [x, z, -y],
+        });
+    }
+    Ok(hinges)
+}
+
+fn stroke(file: &File) -> Result<[f64; 2], GeometryError> {
+    let min = in_range("length_min", file.length_min, 0.01, LARGEST_M)?;
+    let max = in_range("length_max", file.length_max, 0.01, LARGEST_M)?;
+    if min < max {
+        Ok([min, max])
+    } else {
+        Err(GeometryError::EmptyStroke { min, max })
+    }
+}
+
+/// The height at which all jacks have the length `mid`.
+fn mid_height(nominal: &Mechanism, mid: f64) -> Result<f64, GeometryError> {
+    let mut sum = 0.0;
+    for (lower, upper) in nominal.lower.iter().zip(&nominal.upper) {
+        let [x, rise, z] = (*upper - *lower).0;
+        sum += (mid * mid - x * x - z * z).max(0.0).sqrt() - rise;
+    }
+    let height = sum / 6.0;
+    let home = Pose {
+        position_m: Vec3([0.0, height, 0.0]),
+        attitude: Rotation::LEVEL,
+    };
+    for (jack, length) in nominal.lengths(&home).into_iter().enumerate() {
+        let off = length - mid;
+        if off.abs() > MID_LENGTH_TOLERANCE_M {
+            return Err(GeometryError::NoMidHeight {
+                mid,
+                jack: jack + 1,
+                off,
+            });
+        }
+    }
+    Ok(height)
+}
+
+fn check_home(nominal: &Mechanism, home: &Pose, [min, max]: [f64; 2]) -> Result<(), GeometryError> {
+    for (jack, length) in nominal.lengths(home).into_iter().enumerate() {
+        if !(min..=max).contains(&length) {
+            return Err(GeometryError::HomeOutOfReach {
+                height: home.position_m.0[1],
+                jack: jack + 1,
+                length,
+                min,
+                max,
+            });
+        }
+    }
+    nominal
+        .linearised(home)
+        .map(|_| ())
+        .map_err(|_| GeometryError::Singular)
+}
