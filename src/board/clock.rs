@@ -54,6 +54,7 @@ pub fn configuration() -> (embassy_stm32::Config, Source) {
     });
     config.rcc.sys = rcc::Sysclk::PLL1_R;
     config.rcc.hsi48 = None;
+    config.rcc.ls = rcc::LsConfig::off();
     config.rcc.mux.adc12sel = mux::Adcsel::SYS;
     config.rcc.mux.adc345sel = mux::Adcsel::SYS;
     config.rcc.mux.lpuart1sel = mux::Uartsel::PCLK1;

@@ -39,7 +39,7 @@ impl Block {
         header: Header {
             first_scan: 0,
             rate_hz: 0,
-            supply: 1.0,
+            supply: 0.0,
             temperature_c: 0.0,
             set: None,
             dropped: 0,
@@ -95,6 +95,7 @@ pub async fn sample(
         match path.follow(&mut run).await {
             End::Rate(rate_hz) => {
                 path.progress.rate_hz = rate_hz;
+                path.publish();
                 exchange.answers.send(Response::Done).await;
             }
             End::Fault(fault) => {
@@ -133,7 +134,7 @@ impl Path {
         let mut supply = exchange.supply.receiver().expect("a receiver is left");
         let active = exchange.active.receiver().expect("a receiver is left");
         supply.get().await;
-        Self {
+        let path = Self {
             exchange,
             blocks,
             supply,
@@ -145,7 +146,9 @@ impl Path {
                 rate_hz: RATES_HZ[0],
                 ..Progress::default()
             },
-        }
+        };
+        path.publish();
+        path
     }
 
     /// Handles blocks and commands until the converters must be started anew.
@@ -199,6 +202,10 @@ impl Path {
             None => self.progress.dropped = self.progress.dropped.saturating_add(1),
         }
         self.progress.scans += BLOCK as u64;
+        self.publish();
+    }
+
+    fn publish(&self) {
         self.exchange.progress.sender().send(self.progress);
     }
 

@@ -19,8 +19,8 @@ pub const OVERSAMPLING: u32 = 16;
 /// Code of that ratio in the register ADC_CFGR2.OVSR, for 2^(code + 1).
 pub const OVERSAMPLING_CODE: u8 = 3;
 
-/// Sampling time of one conversion. The longest that still fits nine channels into the shortest period: 1.27 µs let
-/// the sensors' filters (up to 1 kΩ) settle to a fraction of a code.
+/// Sampling time of one conversion: the longest that fits nine channels into the shortest period, so that the pins'
+/// filters have the most time to charge the sampling capacitor (1.27 µs).
 pub const SAMPLE_TIME: SampleTime = SampleTime::CYCLES47_5;
 /// Cycles of the converter's clock for one conversion: 47.5 of sampling and 12.5 of approximation.
 pub const CONVERSION_CYCLES: u32 = 60;
