@@ -59,7 +59,10 @@ impl Belief {
             metres_per_count: [stroke_m / sensors.jacks.full_stroke_volts / counts_per_volt; JACKS],
             supply: 1.0,
             clock: 1.0,
-            site: Site { lever_arm_m: Vector3::from(sensors.lever_arm_m), gravity_m_s2: sensors.gravity_m_s2 },
+            site: Site {
+                lever_arm_m: Vector3::from(sensors.lever_arm_m),
+                gravity_m_s2: sensors.gravity_m_s2,
+            },
         }
     }
 
@@ -68,7 +71,13 @@ impl Belief {
     /// # Errors
     /// [`GeometryError`] when the changed numbers make no motion base.
     pub fn geometry(&self) -> Result<Geometry<f64>, GeometryError<f64>> {
-        Geometry::new(self.lower, self.upper, self.length_min_m, self.length_max_m, Some(self.home_height_m))
+        Geometry::new(
+            self.lower,
+            self.upper,
+            self.length_min_m,
+            self.length_max_m,
+            Some(self.home_height_m),
+        )
     }
 
     /// Jack lengths, m, from counts at nominal supply.
@@ -76,7 +85,9 @@ impl Belief {
     pub fn lengths_m(&self, counts: &[f64; JACKS]) -> [f64; JACKS] {
         let mid_m = (self.length_min_m + self.length_max_m) / 2.0;
         core::array::from_fn(|jack| {
-            mid_m + (counts[jack] * self.supply - self.zero_counts[jack]) * self.metres_per_count[jack]
+            mid_m
+                + (counts[jack] * self.supply - self.zero_counts[jack])
+                    * self.metres_per_count[jack]
         })
     }
 
@@ -93,24 +104,46 @@ impl Belief {
         let gain = uniform(adc.gain_tolerance);
         for jack in 0..JACKS {
             for axis in 0..3 {
-                doubt(Cause::Hinges, &|belief| belief.lower[jack][axis] += base.hinge_tolerance_m);
-                doubt(Cause::Hinges, &|belief| belief.upper[jack][axis] += base.hinge_tolerance_m);
+                doubt(Cause::Hinges, &|belief| {
+                    belief.lower[jack][axis] += base.hinge_tolerance_m
+                });
+                doubt(Cause::Hinges, &|belief| {
+                    belief.upper[jack][axis] += base.hinge_tolerance_m
+                });
             }
             let offset = uniform(jacks.offset_tolerance_m) / self.metres_per_count[jack];
-            doubt(Cause::JackGain, &|belief| belief.metres_per_count[jack] *= 1.0 + uniform(jacks.gain_tolerance));
-            doubt(Cause::JackOffset, &|belief| belief.zero_counts[jack] += offset);
+            doubt(Cause::JackGain, &|belief| {
+                belief.metres_per_count[jack] *= 1.0 + uniform(jacks.gain_tolerance)
+            });
+            doubt(Cause::JackOffset, &|belief| {
+                belief.zero_counts[jack] += offset
+            });
         }
         // The gain of a converter turns about zero counts, not about mid-stroke.
         doubt(Cause::JackConverter, &|belief| {
-            belief.metres_per_count.iter_mut().for_each(|metres| *metres *= 1.0 + gain);
-            belief.zero_counts.iter_mut().for_each(|zero| *zero /= 1.0 + gain);
+            belief
+                .metres_per_count
+                .iter_mut()
+                .for_each(|metres| *metres *= 1.0 + gain);
+            belief
+                .zero_counts
+                .iter_mut()
+                .for_each(|zero| *zero /= 1.0 + gain);
         });
         let code = uniform(adc.offset_tolerance_lsb) * f64::from(COUNTS_PER_CODE);
-        doubt(Cause::JackConverter, &|belief| belief.zero_counts.iter_mut().for_each(|zero| *zero += code));
-        doubt(Cause::SupplyReference, &|belief| belief.supply *= 1.0 + gain);
-        doubt(Cause::Clock, &|belief| belief.clock *= 1.0 + uniform(adc.clock_tolerance_ppm * 1e-6));
+        doubt(Cause::JackConverter, &|belief| {
+            belief.zero_counts.iter_mut().for_each(|zero| *zero += code)
+        });
+        doubt(Cause::SupplyReference, &|belief| {
+            belief.supply *= 1.0 + gain
+        });
+        doubt(Cause::Clock, &|belief| {
+            belief.clock *= 1.0 + uniform(adc.clock_tolerance_ppm * 1e-6)
+        });
         for axis in 0..3 {
-            doubt(Cause::LeverArm, &|belief| belief.site.lever_arm_m[axis] += uniform(sensors.lever_arm_tolerance_m));
+            doubt(Cause::LeverArm, &|belief| {
+                belief.site.lever_arm_m[axis] += uniform(sensors.lever_arm_tolerance_m)
+            });
         }
         doubts
     }

@@ -76,12 +76,26 @@ pub struct Counts<'a> {
 
 impl<'a> Counts<'a> {
     /// Applies the supply factor.
-    #[must_use]
-    pub fn new(run: &'a Run) -> Self {
+    ///
+    /// # Errors
+    /// [`AnalysisError::Gap`]: places in a capture with a gap are not times any more.
+    pub fn new(run: &'a Run) -> Result<Self, AnalysisError> {
         let capture = &run.capture;
+        if let Some(gap) = capture.gaps().first() {
+            let scan = capture.scans[gap.before] - gap.missing;
+            return Err(AnalysisError::Gap {
+                run: run.name.clone(),
+                scan,
+                missing: gap.missing,
+            });
+        }
         let channels = capture.counts.iter().zip(&capture.supply);
-        let channels = channels.map(|(scan, supply)| scan.map(|count| f64::from(count) * f64::from(*supply)));
-        Self { run, channels: channels.collect() }
+        let channels =
+            channels.map(|(scan, supply)| scan.map(|count| f64::from(count) * f64::from(*supply)));
+        Ok(Self {
+            run,
+            channels: channels.collect(),
+        })
     }
 
     /// Scans.
@@ -99,14 +113,16 @@ impl<'a> Counts<'a> {
     /// Scans from `from_s` to `to_s`, s from the start of the capture.
     fn stretch(&self, from_s: f64, to_s: f64) -> Result<std::ops::Range<usize>, AnalysisError> {
         let rate = f64::from(self.run.rate_hz);
-        let (from, to) = ((from_s * rate).round() as usize, (to_s * rate).round() as usize);
+        let (from, to) = (
+            (from_s * rate).round() as usize,
+            (to_s * rate).round() as usize,
+        );
         if to > self.len() {
             let missing_s = (to - self.len()) as f64 / rate;
-            return Err(AnalysisError::Short { run: self.run.name.clone(), missing_s });
-        }
-        if let Some(gap) = self.run.capture.gaps().iter().find(|gap| gap.before > from && gap.before < to) {
-            let scan = self.run.capture.scans[gap.before] - gap.missing;
-            return Err(AnalysisError::Gap { run: self.run.name.clone(), scan, missing: gap.missing });
+            return Err(AnalysisError::Short {
+                run: self.run.name.clone(),
+                missing_s,
+            });
         }
         Ok(from..to)
     }
@@ -114,17 +130,29 @@ impl<'a> Counts<'a> {
     /// Means over a stretch at rest.
     ///
     /// # Errors
-    /// [`AnalysisError::Short`] and [`AnalysisError::Gap`].
+    /// [`AnalysisError::Short`].
     pub fn rest(&self, from_s: f64, to_s: f64) -> Result<Rest, AnalysisError> {
         let range = self.stretch(from_s, to_s)?;
         let scans = &self.channels[range.clone()];
         let mut counts = [0.0; CHANNELS];
         for scan in scans {
-            counts.iter_mut().zip(scan).for_each(|(sum, count)| *sum += count / scans.len() as f64);
+            counts
+                .iter_mut()
+                .zip(scan)
+                .for_each(|(sum, count)| *sum += count / scans.len() as f64);
         }
         let rate = f64::from(self.run.rate_hz);
-        let start = self.run.capture.scans.first().map_or(0.0, |scan| *scan as f64 / rate);
-        Ok(Rest { time_s: start + (from_s + to_s) / 2.0, length_s: to_s - from_s, counts })
+        let start = self
+            .run
+            .capture
+            .scans
+            .first()
+            .map_or(0.0, |scan| *scan as f64 / rate);
+        Ok(Rest {
+            time_s: start + (from_s + to_s) / 2.0,
+            length_s: to_s - from_s,
+            counts,
+        })
     }
 
     /// One channel over the whole capture.
@@ -140,12 +168,21 @@ impl<'a> Counts<'a> {
     pub fn onset_s(&self, geometry: &Geometry<f64>) -> Result<f64, AnalysisError> {
         let (jack, program) = most_moved(&self.run.program, geometry);
         let stride = (f64::from(self.run.rate_hz) * SEARCH_STEP_S).round() as usize;
-        let measured: Vec<f64> = self.channels.iter().step_by(stride).map(|scan| scan[INERTIAL + jack]).collect();
+        let measured: Vec<f64> = self
+            .channels
+            .iter()
+            .step_by(stride)
+            .map(|scan| scan[INERTIAL + jack])
+            .collect();
         let places = measured.len().saturating_sub(program.len());
-        let best = (0..=places).filter_map(|place| Some((place, correlation(measured.get(place..)?, &program)?)));
+        let best = (0..=places)
+            .filter_map(|place| Some((place, correlation(measured.get(place..)?, &program)?)));
         let (place, fit) = best.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
         if fit < 0.9 {
-            return Err(AnalysisError::NotFound { run: self.run.name.clone(), fit: fit.max(0.0) * 100.0 });
+            return Err(AnalysisError::NotFound {
+                run: self.run.name.clone(),
+                fit: fit.max(0.0) * 100.0,
+            });
         }
         Ok(place as f64 * SEARCH_STEP_S)
     }
@@ -155,14 +192,22 @@ impl<'a> Counts<'a> {
 fn most_moved(program: &Program, geometry: &Geometry<f64>) -> (usize, Vec<f64>) {
     let steps = (program.duration_s() / SEARCH_STEP_S).ceil() as usize;
     let rows: Vec<[f64; JACKS]> = (0..=steps)
-        .map(|step| displacements(geometry, &program.pose(geometry, step as f64 * SEARCH_STEP_S)))
+        .map(|step| {
+            displacements(
+                geometry,
+                &program.pose(geometry, step as f64 * SEARCH_STEP_S),
+            )
+        })
         .collect();
     let range = |jack: usize| {
-        let (low, high) =
-            rows.iter().fold((f64::MAX, f64::MIN), |(low, high), row| (low.min(row[jack]), high.max(row[jack])));
+        let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(low, high), row| {
+            (low.min(row[jack]), high.max(row[jack]))
+        });
         high - low
     };
-    let jack = (0..JACKS).max_by(|a, b| range(*a).total_cmp(&range(*b))).unwrap_or(0);
+    let jack = (0..JACKS)
+        .max_by(|a, b| range(*a).total_cmp(&range(*b)))
+        .unwrap_or(0);
     (jack, rows.iter().map(|row| row[jack]).collect())
 }
 
@@ -170,7 +215,10 @@ fn most_moved(program: &Program, geometry: &Geometry<f64>) -> (usize, Vec<f64>) 
 fn correlation(measured: &[f64], program: &[f64]) -> Option<f64> {
     let measured = measured.get(..program.len())?;
     let count = program.len() as f64;
-    let (m, p) = (measured.iter().sum::<f64>() / count, program.iter().sum::<f64>() / count);
+    let (m, p) = (
+        measured.iter().sum::<f64>() / count,
+        program.iter().sum::<f64>() / count,
+    );
     let (mut cross, mut mm, mut pp) = (0.0, 0.0, 0.0);
     for (measured, program) in measured.iter().zip(program) {
         cross += (measured - m) * (program - p);
@@ -185,7 +233,7 @@ fn correlation(measured: &[f64], program: &[f64]) -> Option<f64> {
 /// # Errors
 /// [`AnalysisError`] when the movement is not found, cut off or has gaps.
 pub fn hold_run(run: &Run, geometry: &Geometry<f64>) -> Result<HoldRun, AnalysisError> {
-    let counts = Counts::new(run);
+    let counts = Counts::new(run)?;
     let onset_s = counts.onset_s(geometry)?;
     let mut holds = Vec::new();
     if onset_s > 1.0 + 2.0 * GUARD_S {
@@ -193,13 +241,21 @@ pub fn hold_run(run: &Run, geometry: &Geometry<f64>) -> Result<HoldRun, Analysis
     }
     for (_, signal) in &run.program.signals {
         if let Signal::Ramps(ramps) = signal {
-            for hold in ramps.holds().filter(|hold| hold.length_s > HOLD_SETTLE_S + GUARD_S) {
+            for hold in ramps
+                .holds()
+                .filter(|hold| hold.length_s > HOLD_SETTLE_S + GUARD_S)
+            {
                 let start_s = onset_s + hold.start_s;
-                holds.push(counts.rest(start_s + HOLD_SETTLE_S, start_s + hold.length_s - GUARD_S)?);
+                holds
+                    .push(counts.rest(start_s + HOLD_SETTLE_S, start_s + hold.length_s - GUARD_S)?);
             }
         }
     }
-    Ok(HoldRun { name: run.name.clone(), onset_s, holds })
+    Ok(HoldRun {
+        name: run.name.clone(),
+        onset_s,
+        holds,
+    })
 }
 
 /// Reduces a sine run that drives `freedom` by `sine`.
@@ -212,7 +268,7 @@ pub fn sweep(
     sine: Sine,
     geometry: &Geometry<f64>,
 ) -> Result<Sweep, AnalysisError> {
-    let counts = Counts::new(run);
+    let counts = Counts::new(run)?;
     let onset_s = counts.onset_s(geometry)?;
     let start_s = onset_s + sine.estimate_start_s();
     let range = counts.stretch(start_s, start_s + sine.estimate_s)?;
@@ -223,19 +279,41 @@ pub fn sweep(
         channel: NAMES[channel],
         frequency_hz: sine.frequency_hz,
     };
-    let series = |channel: usize| -> Vec<f64> { counts.channels[range.clone()].iter().map(|scan| scan[channel]).collect() };
+    let series = |channel: usize| -> Vec<f64> {
+        counts.channels[range.clone()]
+            .iter()
+            .map(|scan| scan[channel])
+            .collect()
+    };
     let per_scan = fit_frequency(&series(INERTIAL + jack), TAU * sine.frequency_hz / rate)
         .ok_or_else(|| no_sine(INERTIAL + jack))?;
-    let fits = (0..INERTIAL).map(|channel| Series::fit(per_scan, &series(channel)).ok_or_else(|| no_sine(channel)));
+    let fits = (0..INERTIAL)
+        .map(|channel| Series::fit(per_scan, &series(channel)).ok_or_else(|| no_sine(channel)));
     let fits: Vec<Harmonics> = fits.collect::<Result<_, _>>()?;
     let sensors = fits.try_into().map_err(|_| no_sine(0))?;
     let group = (run.rate_hz / JACK_RATE_HZ) as usize;
-    let jacks = counts.channels[range.clone()].chunks_exact(group).map(group_mean).collect();
+    let jacks = counts.channels[range.clone()]
+        .chunks_exact(group)
+        .map(group_mean)
+        .collect();
     let length_s = range.len() as f64 / rate;
     let (omega, first) = (per_scan * rate, range.start);
-    Ok(Sweep { name: run.name.clone(), freedom, sine, omega, length_s, first, onset_s, sensors, jacks, group })
+    Ok(Sweep {
+        name: run.name.clone(),
+        freedom,
+        sine,
+        omega,
+        length_s,
+        first,
+        onset_s,
+        sensors,
+        jacks,
+        group,
+    })
 }
 
 fn group_mean(scans: &[[f64; CHANNELS]]) -> [f64; JACKS] {
-    core::array::from_fn(|jack| scans.iter().map(|scan| scan[INERTIAL + jack]).sum::<f64>() / scans.len() as f64)
+    core::array::from_fn(|jack| {
+        scans.iter().map(|scan| scan[INERTIAL + jack]).sum::<f64>() / scans.len() as f64
+    })
 }

@@ -25,7 +25,7 @@ use hexsense::calibration::triad::TriadError;
 use hexsense::calibration::zero::ZeroError;
 use hexsense::channel::Triad;
 use hexsense::excitation::Program;
-use hexsense::kinematics::ForwardError;
+use hexsense::kinematics::forward::ForwardError;
 
 use crate::capture::Capture;
 
@@ -51,8 +51,8 @@ pub enum AnalysisError {
         /// What is missing.
         run: &'static str,
     },
-    /// Scans were lost where they count.
-    #[error("run {run}: {missing} scans are missing from scan {scan} on, inside the stretch that is evaluated; repeat the run")]
+    /// Scans were lost.
+    #[error("run {run}: {missing} scans are missing from scan {scan} on; repeat the run")]
     Gap {
         /// The run.
         run: String,
@@ -62,7 +62,9 @@ pub enum AnalysisError {
         missing: u64,
     },
     /// The movement was not found in the jacks.
-    #[error("run {run}: the jacks do not follow the program (they fit it to {fit:.0} % at best, at least 90 % is needed); was the right program loaded?")]
+    #[error(
+        "run {run}: the jacks do not follow the program (they fit it to {fit:.0} % at best, at least 90 % is needed); was the right program loaded?"
+    )]
     NotFound {
         /// The run.
         run: String,
@@ -86,7 +88,9 @@ pub enum AnalysisError {
         source: ZeroError,
     },
     /// A signal that is not fit to be fitted.
-    #[error("run {run}, channel {channel}: no sine of {frequency_hz} Hz could be fitted; is the sensor connected?")]
+    #[error(
+        "run {run}, channel {channel}: no sine of {frequency_hz} Hz could be fitted; is the sensor connected?"
+    )]
     NoSine {
         /// The run.
         run: String,
@@ -96,7 +100,9 @@ pub enum AnalysisError {
         frequency_hz: f64,
     },
     /// Jack lengths without a pose.
-    #[error("run {run}: the jack lengths give no pose: {source}; do geometry file and base belong together?")]
+    #[error(
+        "run {run}: the jack lengths give no pose: {source}; do geometry file and base belong together?"
+    )]
     Pose {
         /// The run.
         run: String,
@@ -104,7 +110,9 @@ pub enum AnalysisError {
         source: ForwardError<f64>,
     },
     /// The geometry changed by its tolerance is no motion base any more.
-    #[error("{cause} changed by its tolerance leave no working base: {problem}; check hinge_tolerance in the geometry file")]
+    #[error(
+        "{cause} changed by its tolerance leave no working base: {problem}; check hinge_tolerance in the geometry file"
+    )]
     Tolerance {
         /// What was changed.
         cause: &'static str,

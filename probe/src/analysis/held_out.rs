@@ -1,0 +1,281 @@
+//! Calibrated values against a reference on a movement that nothing was fitted to.
+//!
+//! Both pass the same zero-phase low-pass, so that what is compared is the movement and not its vibration; the
+//! triad's delay is taken out of the values; then the means are compared on their own and the rest as rms.
+//!
+//! The reference of `hexsense verify` is the base's own pose, differentiated; whoever knows a better one (the twin's
+//! truth) compares with the same [`compare`].
+
+use hexsense::calibration::truth::Site;
+use hexsense::channel::{INERTIAL, JACKS, NAMES, Triad};
+use hexsense::sampling::instant_s;
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::belief::Belief;
+use super::condense::Counts;
+use super::estimate::Poses;
+use super::filter::zero_phase_low_pass;
+use super::results::Results;
+use super::{AnalysisError, Run};
+use crate::geometry_file::GeometryFile;
+use crate::sensor_file::SensorFile;
+
+/// Corner of the low-pass, Hz.
+pub const CORNER_HZ: f64 = 2.0;
+/// Rate at which values and reference are compared, Hz.
+pub const RATE_HZ: f64 = 100.0;
+/// Coverage factor of the mean's limit: nine channels are judged at once, so 99.7 % each.
+pub const MEAN_COVERAGE: f64 = 3.0;
+/// Left out at both ends, where the low-pass does not know what came before, s.
+const ENDS_S: f64 = 1.5;
+
+/// Values of all nine channels at [`RATE_HZ`], in their units.
+pub type Signals = [Vec<f64>; INERTIAL];
+
+/// How one channel did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChannelVerdict {
+    /// Name of the channel.
+    pub name: String,
+    /// Unit of everything below.
+    pub unit: String,
+    /// Root mean square of the reference about its mean.
+    pub rms_signal: f64,
+    /// The same of the error with data-sheet sensitivity and offset.
+    pub rms_error_before: f64,
+    /// The same of the error with the stored coefficients.
+    pub rms_error_after: f64,
+    /// Mean error with the stored coefficients.
+    pub mean_error: f64,
+    /// Its expanded uncertainty, coverage factor [`MEAN_COVERAGE`].
+    pub mean_uncertainty: f64,
+}
+
+impl ChannelVerdict {
+    /// Whether the error is at most 3 % of the signal and its mean within its uncertainty.
+    #[must_use]
+    pub fn passes(&self) -> bool {
+        self.rms_error_after <= 0.03 * self.rms_signal
+            && self.mean_error.abs() <= self.mean_uncertainty
+    }
+}
+
+/// Compares `after` and `before` (values by stored coefficients and by data sheet) with `reference`; all have the
+/// same length. `elapsed_s` is the time since the zero run.
+#[must_use]
+pub fn compare(
+    reference: &Signals,
+    after: &Signals,
+    before: &Signals,
+    results: &Results,
+    elapsed_s: f64,
+) -> Vec<ChannelVerdict> {
+    let smooth = |values: &[f64]| zero_phase_low_pass(values, CORNER_HZ, RATE_HZ);
+    let ends = (ENDS_S * RATE_HZ) as usize;
+    let error_of = |channel: usize, values: &Signals| -> Vec<f64> {
+        let difference: Vec<f64> = values[channel]
+            .iter()
+            .zip(&reference[channel])
+            .map(|(value, truth)| value - truth)
+            .collect();
+        inner(&smooth(&difference), ends)
+    };
+    let verdict = |(channel, result): (usize, &super::results::ChannelResult)| {
+        let (_, rms_signal) = moments(&inner(&smooth(&reference[channel]), ends));
+        let (mean_error, rms_error_after) = moments(&error_of(channel, after));
+        let (_, rms_error_before) = moments(&error_of(channel, before));
+        let length_s = after[channel].len() as f64 / RATE_HZ;
+        let white = result.noise_density / (2.0 * length_s).sqrt();
+        let walk = result.bias_walk * elapsed_s.max(0.0).sqrt();
+        let standard = result.rest_uncertainty.hypot(white).hypot(walk);
+        ChannelVerdict {
+            name: result.name.clone(),
+            unit: result.unit.clone(),
+            rms_signal,
+            rms_error_before,
+            rms_error_after,
+            mean_error,
+            mean_uncertainty: MEAN_COVERAGE * standard,
+        }
+    };
+    results.channels.iter().enumerate().map(verdict).collect()
+}
+
+fn inner(values: &[f64], ends: usize) -> Vec<f64> {
+    values
+        .get(ends..values.len().saturating_sub(ends))
+        .unwrap_or_default()
+        .to_vec()
+}
+
+/// Mean, and root mean square about it.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>()
+        / count;
+    (mean, square.sqrt())
+}
+
+/// A held-out run in values at [`RATE_HZ`].
+#[derive(Debug, Clone)]
+pub struct HeldOut {
+    /// Values by the board, delays taken out.
+    pub after: Signals,
+    /// Values by the data sheet, delays taken out alike.
+    pub before: Signals,
+    /// Values that follow from the pose by the jacks.
+    pub reference: Signals,
+    /// Scan of the capture that the first value stands for.
+    pub first: f64,
+}
+
+/// Reduces a held-out capture with board-made values to values and reference.
+///
+/// # Errors
+/// Every variant of [`AnalysisError`] that concerns a single run; `MissingRun` when the capture holds no values.
+pub fn held_out(
+    base: &GeometryFile,
+    sensors: &SensorFile,
+    run: &Run,
+    results: &Results,
+) -> Result<HeldOut, AnalysisError> {
+    let counts = Counts::new(run)?;
+    let values = run
+        .capture
+        .values
+        .as_ref()
+        .ok_or(AnalysisError::MissingRun {
+            run: "held-out with values",
+        })?;
+    let group = (f64::from(run.rate_hz) / RATE_HZ).round() as usize;
+    let groups = counts.len() / group;
+    let mean = |values: &[f64]| -> Vec<f64> {
+        values
+            .chunks_exact(group)
+            .map(|group| group.iter().sum::<f64>() / group.len() as f64)
+            .collect()
+    };
+    let undelayed = |channel: usize, values: Vec<f64>| {
+        let delay_s = results.delays_s[channel / 3] + instant_s(channel) - instant_s(INERTIAL);
+        advance(&mean(&values), delay_s * RATE_HZ)
+    };
+    let after = core::array::from_fn(|channel| {
+        undelayed(
+            channel,
+            values
+                .iter()
+                .map(|values| f64::from(values[channel]))
+                .collect(),
+        )
+    });
+    let before = core::array::from_fn(|channel| {
+        let (per_unit, zero) = sensors
+            .triad(Triad::ALL[channel / 3])
+            .nominal_counts(sensors.counts_per_volt());
+        undelayed(
+            channel,
+            counts
+                .channel(channel)
+                .iter()
+                .map(|count| (count - zero) / per_unit)
+                .collect(),
+        )
+    });
+    let jacks: [Vec<f64>; JACKS] =
+        core::array::from_fn(|jack| mean(&counts.channel(INERTIAL + jack)));
+    let reference = reference(base, sensors, run, &jacks, groups)?;
+    Ok(HeldOut {
+        after,
+        before,
+        reference,
+        first: (group as f64 - 1.0) / 2.0,
+    })
+}
+
+/// Shifts a series to earlier times by a fraction of a sample or more, by linear interpolation; the end is held.
+fn advance(values: &[f64], samples: f64) -> Vec<f64> {
+    let at = |index: f64| {
+        let index = index.clamp(0.0, (values.len() - 1) as f64);
+        let (low, fraction) = (index.floor() as usize, index.fract());
+        values[low] + fraction * (values[(low + 1).min(values.len() - 1)] - values[low])
+    };
+    (0..values.len())
+        .map(|index| at(index as f64 + samples))
+        .collect()
+}
+
+/// What the sensors should feel, by the pose from the jacks: smoothed first, then differentiated.
+fn reference(
+    base: &GeometryFile,
+    sensors: &SensorFile,
+    run: &Run,
+    jacks: &[Vec<f64>; JACKS],
+    groups: usize,
+) -> Result<Signals, AnalysisError> {
+    let belief = Belief::new(base, sensors);
+    let mut poses = Poses::new(&belief, &run.name)?;
+    let mut coordinates: [Vec<f64>; 6] = Default::default();
+    for index in 0..groups {
+        let pose = poses.next(&core::array::from_fn(|jack| jacks[jack][index]))?;
+        let row = hexsense::calibration::truth::coordinates(&pose);
+        coordinates
+            .iter_mut()
+            .zip(row)
+            .for_each(|(series, value)| series.push(value));
+    }
+    let smooth = coordinates.map(|series| zero_phase_low_pass(&series, CORNER_HZ, RATE_HZ));
+    let vector = |from: usize, index: usize| Vector3::from_fn(|axis, _| smooth[from + axis][index]);
+    let attitude: Vec<UnitQuaternion<f64>> = (0..groups)
+        .map(|index| UnitQuaternion::from_scaled_axis(vector(3, index)))
+        .collect();
+    let position: Vec<Vector3<f64>> = (0..groups).map(|index| vector(0, index)).collect();
+    Ok(felt(&position, &attitude, &belief.site))
+}
+
+/// Specific force, angular acceleration and rate along a path sampled at [`RATE_HZ`].
+fn felt(position: &[Vector3<f64>], attitude: &[UnitQuaternion<f64>], site: &Site) -> Signals {
+    let last = position.len().saturating_sub(1);
+    let around = |index: usize| (index.saturating_sub(1), (index + 1).min(last));
+    let rate: Vec<Vector3<f64>> = (0..position.len())
+        .map(|index| {
+            let (before, after) = around(index);
+            let turn = attitude[before].rotation_to(&attitude[after]);
+            // The turn is about an earth axis; the sensors feel it in body axes.
+            attitude[index].inverse_transform_vector(&turn.scaled_axis()) * RATE_HZ
+                / (after - before).max(1) as f64
+        })
+        .collect();
+    let mut signals: Signals = Default::default();
+    for index in 0..position.len() {
+        let (before, after) = around(index);
+        let angular = (rate[after] - rate[before]) * RATE_HZ / (after - before).max(1) as f64;
+        let linear =
+            (position[after] - position[index] * 2.0 + position[before]) * RATE_HZ * RATE_HZ;
+        let arm = site.lever_arm_m;
+        let force = attitude[index]
+            .inverse_transform_vector(&(linear + Vector3::y() * site.gravity_m_s2))
+            + angular.cross(&arm)
+            + rate[index].cross(&rate[index].cross(&arm));
+        for axis in 0..3 {
+            signals[axis].push(force[axis]);
+            signals[3 + axis].push(angular[axis]);
+            signals[6 + axis].push(rate[index][axis]);
+        }
+    }
+    signals
+}
+
+/// Names of the channels that do not pass.
+#[must_use]
+pub fn failures(verdicts: &[ChannelVerdict]) -> Vec<&str> {
+    let judged = verdicts.iter().filter(|verdict| !verdict.passes());
+    judged
+        .filter_map(|verdict| NAMES.iter().find(|name| **name == verdict.name))
+        .copied()
+        .collect()
+}

@@ -1,0 +1,445 @@
+//! The results of a campaign with their uncertainties, and the coefficient set made of them.
+
+use hexsense::calibration::budget::{Budget, Cause};
+use hexsense::calibration::triad::Noise;
+use hexsense::calibration::zero::{ZeroLimits, zero};
+use hexsense::channel::{CHANNELS, INERTIAL, NAMES, Triad};
+use hexsense::excitation::{DegreeOfFreedom, Signal};
+use hexsense::store::TriadCoefficients;
+use serde::{Deserialize, Serialize};
+
+use super::belief::Belief;
+use super::condense::{Counts, Sweep, hold_run, sweep};
+use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
+use super::{AnalysisError, Run};
+use crate::geometry_file::GeometryFile;
+use crate::sensor_file::SensorFile;
+
+/// A number with its expanded uncertainty, coverage factor 2.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The estimate.
+    pub estimate: f64,
+    /// Its expanded uncertainty, in the same unit.
+    pub expanded_uncertainty: f64,
+}
+
+/// One term of a budget.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Name of the cause.
+    pub cause: String,
+    /// Standard uncertainty that it gives to the gain, relative.
+    pub gain_relative: f64,
+    /// Standard uncertainty that it gives to the offset, counts.
+    pub offset_counts: f64,
+}
+
+/// One channel's results.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChannelResult {
+    /// Name of the channel.
+    pub name: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// u0: counts at zero input.
+    pub offset: Measured,
+    /// M_ii, unit per count.
+    pub gain: Measured,
+    /// The channel's row of M, unit per count, each with its uncertainty.
+    pub cross: [Measured; 3],
+    /// S = 1/M_ii, counts per unit.
+    pub sensitivity: f64,
+    /// Terms of the uncertainty, the largest for the gain first.
+    pub budget: Vec<Term>,
+    /// White noise, unit/√Hz, as seen in the zero run.
+    pub noise_density: f64,
+    /// Standard uncertainty of the value at rest at home, unit, right after the calibration.
+    pub rest_uncertainty: f64,
+    /// Random walk of the bias by the data sheet, unit/√s.
+    pub bias_walk: f64,
+}
+
+/// How the base followed one sine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// Degree of freedom.
+    pub freedom: String,
+    /// Drive frequency by the board's clock, Hz.
+    pub frequency_hz: f64,
+    /// Amplitude of the command, m or rad.
+    pub command: f64,
+    /// Amplitude of the measured pose, m or rad.
+    pub measured: f64,
+    /// Measured over command.
+    pub ratio: f64,
+    /// Phase of the pose against the command, degrees. The start of the command is itself found from the jacks, so a
+    /// pure delay of the base does not show.
+    pub phase_deg: f64,
+    /// Total harmonic distortion of the pose.
+    pub distortion: f64,
+}
+
+/// The results of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// The nine channels.
+    pub channels: Vec<ChannelResult>,
+    /// Delay of each triad behind the jacks, s.
+    pub delays_s: [f64; 3],
+    /// How the base followed the sines.
+    pub motion: Vec<Response>,
+    /// Scans evaluated.
+    pub scans: u64,
+}
+
+/// Everything that an analysis brings forth.
+#[derive(Debug, Clone)]
+pub struct Analysis {
+    /// Condensed runs.
+    pub condensed: Condensed,
+    /// Estimate under the files' belief.
+    pub estimate: Estimate,
+    /// Results with uncertainties.
+    pub results: Results,
+    /// The triads as the board stores them.
+    pub triads: [TriadCoefficients; 3],
+}
+
+/// Evaluates a campaign.
+///
+/// # Errors
+/// Every variant of [`AnalysisError`].
+pub fn analyse(
+    base: &GeometryFile,
+    sensors: &SensorFile,
+    runs: &[Run],
+) -> Result<Analysis, AnalysisError> {
+    let condensed = condense(base, sensors, runs)?;
+    let belief = Belief::new(base, sensors);
+    let estimate = condensed.estimate(&belief)?;
+    let budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
+    let channels = (0..INERTIAL)
+        .map(|channel| channel_result(channel, &condensed, &estimate, &budgets, sensors));
+    let sweeps = std::iter::once(&condensed.heave).chain(&condensed.turns);
+    let motion = sweeps
+        .map(|sweep| response(sweep, condensed.rate_hz, &belief))
+        .collect::<Result<_, _>>()?;
+    let results = Results {
+        channels: channels.collect(),
+        delays_s: estimate.fits.each_ref().map(|fit| fit.delay_s),
+        motion,
+        scans: runs.iter().map(|run| run.capture.scans.len() as u64).sum(),
+    };
+    let triads = Triad::ALL.map(|triad| stored(triad, &estimate, &budgets));
+    Ok(Analysis {
+        condensed,
+        estimate,
+        results,
+        triads,
+    })
+}
+
+/// Sorts the runs by what they are for and reduces each.
+fn condense(
+    base: &GeometryFile,
+    sensors: &SensorFile,
+    runs: &[Run],
+) -> Result<Condensed, AnalysisError> {
+    let geometry = &base.geometry;
+    let zero_run = runs
+        .iter()
+        .find(|run| run.program.signals.is_empty())
+        .ok_or(AnalysisError::MissingRun { run: "zero" })?;
+    let counts = Counts::new(zero_run)?;
+    check_zero(&counts, sensors, base)?;
+    let rest = counts.rest(0.0, counts.len() as f64 / f64::from(zero_run.rate_hz))?;
+    let (mut hold_runs, mut sweeps) = (Vec::new(), Vec::new());
+    for run in runs {
+        match run.program.signals.as_slice() {
+            [(_, Signal::Ramps(_))] => hold_runs.push(hold_run(run, geometry)?),
+            [(freedom, Signal::Sine(sine))] => sweeps.push(sweep(run, *freedom, *sine, geometry)?),
+            _ => {}
+        }
+    }
+    if hold_runs.len() != 2 {
+        return Err(AnalysisError::MissingRun {
+            run: "pitch or roll ramp-and-hold",
+        });
+    }
+    let heave = sweeps
+        .iter()
+        .position(|sweep| sweep.freedom == DegreeOfFreedom::Heave);
+    let heave = sweeps.remove(heave.ok_or(AnalysisError::MissingRun { run: "heave sine" })?);
+    let noise = Triad::ALL.map(|triad| noise(triad, &counts, zero_run.rate_hz, sensors));
+    Ok(Condensed {
+        rate_hz: zero_run.rate_hz,
+        zero: rest,
+        hold_runs,
+        heave,
+        turns: sweeps,
+        noise,
+    })
+}
+
+/// Refuses a zero run in which a channel scattered or drifted five times more than its data sheet's noise and
+/// wandering explain.
+fn check_zero(
+    counts: &Counts,
+    sensors: &SensorFile,
+    base: &GeometryFile,
+) -> Result<(), AnalysisError> {
+    let stroke_m = base.geometry.length_max_m() - base.geometry.length_min_m();
+    let per_metre = sensors.jacks.full_stroke_volts.abs() / stroke_m * sensors.counts_per_volt();
+    for channel in 0..CHANNELS {
+        let limit = if channel < INERTIAL {
+            let sheet = sensors.triad(Triad::ALL[channel / 3]);
+            let per_unit = sheet.volts_per_unit.abs() * sensors.counts_per_volt();
+            5.0 * (sheet.noise_density + sheet.bias_walk_5min / 5.0) * per_unit
+        } else {
+            5.0 * sensors.jacks.noise_rms_m * per_metre
+        };
+        let limits = ZeroLimits {
+            deviation: limit,
+            drift: 2.0 * limit,
+        };
+        zero(&counts.channel(channel), limits).map_err(|source| AnalysisError::Zero {
+            channel: NAMES[channel],
+            source,
+        })?;
+    }
+    Ok(())
+}
+
+/// White noise from the zero run and wandering by the data sheet, in counts.
+fn noise(triad: Triad, counts: &Counts, rate_hz: u32, sensors: &SensorFile) -> Noise {
+    let sheet = sensors.triad(triad);
+    let walk = sheet.bias_walk_5min / 300f64.sqrt()
+        * sheet.volts_per_unit.abs()
+        * sensors.counts_per_volt();
+    let density = core::array::from_fn(|axis| {
+        density(&counts.channel(triad.first_channel() + axis), rate_hz)
+    });
+    Noise {
+        density,
+        walk: [walk; 3],
+    }
+}
+
+/// Density of white noise at low frequencies, counts/√Hz, from the differences of successive means over 100 ms: the
+/// mean over T has variance density²/2T, and differences are blind to a creeping zero.
+fn density(samples: &[f64], rate_hz: u32) -> f64 {
+    let length = rate_hz as usize / 10;
+    let means: Vec<f64> = samples
+        .chunks_exact(length)
+        .map(|group| group.iter().sum::<f64>() / length as f64)
+        .collect();
+    let squares: f64 = means
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).powi(2))
+        .sum();
+    let variance = squares / 2.0 / (means.len().max(2) - 1) as f64;
+    // A dead channel has no noise at all; a thousandth of a count keeps its weight finite.
+    (variance * 0.2).sqrt().max(1e-3)
+}
+
+/// Budgets of all matrix elements and offsets, and of the values at rest.
+struct Budgets {
+    matrix: [[[Budget; 3]; 3]; 3],
+    offset: [[Budget; 3]; 3],
+    rest: [[Budget; 3]; 3],
+}
+
+impl Budgets {
+    fn new(
+        condensed: &Condensed,
+        belief: &Belief,
+        estimate: &Estimate,
+        base: &GeometryFile,
+        sensors: &SensorFile,
+    ) -> Result<Self, AnalysisError> {
+        let mut budgets = Self {
+            matrix: Default::default(),
+            offset: Default::default(),
+            rest: Default::default(),
+        };
+        for doubt in belief.doubts(base, sensors) {
+            let changed = condensed.estimate(&doubt.belief)?;
+            budgets.add_change(doubt.cause, estimate, &changed);
+            budgets.add_rest_change(doubt.cause, condensed, belief, &doubt.belief)?;
+        }
+        for triad in Triad::ALL {
+            budgets.add_noise(triad, condensed, estimate, belief);
+            budgets.add_bandwidth(triad, condensed, estimate, sensors);
+        }
+        Ok(budgets)
+    }
+
+    fn add_change(&mut self, cause: Cause, estimate: &Estimate, changed: &Estimate) {
+        for triad in 0..3 {
+            let matrix = changed.fits[triad].matrix - estimate.fits[triad].matrix;
+            let offset = changed.offsets[triad] - estimate.offsets[triad];
+            for axis in 0..3 {
+                self.offset[triad][axis].add(cause, offset[axis]);
+                for column in 0..3 {
+                    self.matrix[triad][axis][column].add(cause, matrix[(axis, column)]);
+                }
+            }
+        }
+    }
+
+    /// The value at rest at home is the specific force that was believed there, whatever the gain.
+    fn add_rest_change(
+        &mut self,
+        cause: Cause,
+        condensed: &Condensed,
+        belief: &Belief,
+        doubt: &Belief,
+    ) -> Result<(), AnalysisError> {
+        let change = condensed.home_force(doubt)? - condensed.home_force(belief)?;
+        for axis in 0..3 {
+            self.rest[Triad::LinearAcceleration.index()][axis].add(cause, change[axis]);
+        }
+        Ok(())
+    }
+
+    fn add_noise(
+        &mut self,
+        triad: Triad,
+        condensed: &Condensed,
+        estimate: &Estimate,
+        belief: &Belief,
+    ) {
+        let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
+        let (noise, zero) = (&condensed.noise[index], &condensed.zero);
+        let deviations = fit.matrix_noise();
+        let gravity = if triad == Triad::LinearAcceleration {
+            belief.site.gravity_m_s2
+        } else {
+            0.0
+        };
+        for axis in 0..3 {
+            let white = noise.density[axis] / (2.0 * zero.length_s).sqrt();
+            let walk = noise.walk[axis] * zero.length_s.sqrt();
+            let gain = gravity * fit.row_covariance[axis][(1, 1)].sqrt();
+            self.offset[index][axis].add(Cause::SensorNoise, white.hypot(gain));
+            self.offset[index][axis].add(Cause::BiasWalk, walk);
+            self.rest[index][axis].add(Cause::SensorNoise, white * fit.matrix[(axis, axis)]);
+            for column in 0..3 {
+                self.matrix[index][axis][column]
+                    .add(Cause::SensorNoise, deviations[(axis, column)]);
+            }
+        }
+    }
+
+    /// At the drive frequency f a sensor of bandwidth B and damping ζ reads 1 + (1 − 2ζ²)(f/B)² of its gain at rest.
+    fn add_bandwidth(
+        &mut self,
+        triad: Triad,
+        condensed: &Condensed,
+        estimate: &Estimate,
+        sensors: &SensorFile,
+    ) {
+        let (index, sheet) = (triad.index(), sensors.triad(triad));
+        let driven = if triad == Triad::LinearAcceleration {
+            &condensed.heave
+        } else {
+            &condensed.turns[0]
+        };
+        let ratio = driven.sine.frequency_hz / sheet.bandwidth_hz[0];
+        let excess = sheet
+            .damping
+            .map(|damping| ((1.0 - 2.0 * damping * damping) * ratio * ratio).abs());
+        let relative = hexsense::calibration::budget::uniform(excess[0].max(excess[1]));
+        for axis in 0..3 {
+            // Of the accelerometers only the vertical one is calibrated by a sine.
+            if triad != Triad::LinearAcceleration || axis == DegreeOfFreedom::Heave as usize {
+                let gain = estimate.fits[index].matrix[(axis, axis)];
+                self.matrix[index][axis][axis].add(Cause::Bandwidth, gain * relative);
+            }
+        }
+    }
+}
+
+fn channel_result(
+    channel: usize,
+    condensed: &Condensed,
+    estimate: &Estimate,
+    budgets: &Budgets,
+    sensors: &SensorFile,
+) -> ChannelResult {
+    let (triad, axis) = (Triad::ALL[channel / 3], channel % 3);
+    let index = triad.index();
+    let matrix = &estimate.fits[index].matrix;
+    let gain = matrix[(axis, axis)];
+    let measured = |estimate: f64, budget: &Budget| Measured {
+        estimate,
+        expanded_uncertainty: budget.expanded(),
+    };
+    let (gain_budget, offset_budget) = (
+        &budgets.matrix[index][axis][axis],
+        &budgets.offset[index][axis],
+    );
+    let mut terms: Vec<Term> = Cause::ALL
+        .iter()
+        .map(|cause| Term {
+            cause: cause.name().to_owned(),
+            gain_relative: gain_budget.term(*cause) / gain.abs(),
+            offset_counts: offset_budget.term(*cause),
+        })
+        .filter(|term| term.gain_relative > 0.0 || term.offset_counts > 0.0)
+        .collect();
+    terms.sort_by(|a, b| b.gain_relative.total_cmp(&a.gain_relative));
+    ChannelResult {
+        name: NAMES[channel].to_owned(),
+        unit: triad.unit().to_owned(),
+        offset: measured(estimate.offsets[index][axis], offset_budget),
+        gain: measured(gain, gain_budget),
+        cross: core::array::from_fn(|column| {
+            measured(matrix[(axis, column)], &budgets.matrix[index][axis][column])
+        }),
+        sensitivity: 1.0 / gain,
+        budget: terms,
+        noise_density: condensed.noise[index].density[axis] * gain.abs(),
+        rest_uncertainty: budgets.rest[index][axis].combined(),
+        bias_walk: sensors.triad(triad).bias_walk_5min / 300f64.sqrt(),
+    }
+}
+
+fn stored(triad: Triad, estimate: &Estimate, budgets: &Budgets) -> TriadCoefficients {
+    let index = triad.index();
+    let fit = &estimate.fits[index];
+    TriadCoefficients {
+        offset: core::array::from_fn(|axis| estimate.offsets[index][axis] as f32),
+        matrix: core::array::from_fn(|row| {
+            core::array::from_fn(|column| fit.matrix[(row, column)] as f32)
+        }),
+        offset_uncertainty: core::array::from_fn(|axis| {
+            budgets.offset[index][axis].combined() as f32
+        }),
+        matrix_uncertainty: core::array::from_fn(|row| {
+            core::array::from_fn(|column| budgets.matrix[index][row][column].combined() as f32)
+        }),
+        delay_s: fit.delay_s as f32,
+    }
+}
+
+/// How the base followed a sine: first harmonic of the driven coordinate against the command.
+fn response(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<Response, AnalysisError> {
+    let fit = &pose_harmonics(sweep, rate_hz, belief)?[sweep.freedom as usize];
+    let first = complex(&fit.first());
+    // The command A·sin(2πf(t − onset)) at the first scan of the estimate, as a complex amplitude.
+    let into_s = sweep.first as f64 / f64::from(rate_hz) - sweep.onset_s;
+    let phase =
+        core::f64::consts::TAU * sweep.sine.frequency_hz * into_s - core::f64::consts::FRAC_PI_2;
+    let lead = first * nalgebra::Complex::cis(-phase);
+    Ok(Response {
+        freedom: sweep.freedom.name().to_owned(),
+        frequency_hz: sweep.omega / core::f64::consts::TAU,
+        command: sweep.sine.amplitude,
+        measured: first.norm(),
+        ratio: first.norm() / sweep.sine.amplitude,
+        phase_deg: lead.arg().to_degrees(),
+        distortion: fit.distortion(),
+    })
+}
