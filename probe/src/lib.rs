@@ -7,7 +7,11 @@
 //! | [`capture`] | the recorded scans of one run, as CSV |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
+pub mod analysis;
+pub mod campaign;
 pub mod capture;
 pub mod files;
 pub mod geometry_file;
+pub mod link;
+pub mod plan;
 pub mod sensor_file;

@@ -1,0 +1,115 @@
+//! A coefficient set on its way to the board and back.
+//!
+//! ```text
+//! begin → pieces → commit → read back and compare
+//! ```
+//!
+//! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
+//! twice: when its answer is lost, the board is asked which set is active instead.
+
+use std::time::Duration;
+
+use hexsense::store::{CoefficientSet, SetId};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk};
+use hexsense::wire::{Refusal, Request, Response};
+
+use super::LinkError;
+use super::client::{Client, answer_error};
+
+/// How long storing and reading back may take on the board.
+const COMMIT: Duration = Duration::from_millis(2_000);
+
+/// Why an upload was not completed, and what the board has now.
+#[derive(Debug, thiserror::Error)]
+pub enum UploadError {
+    /// It broke off before the commit.
+    #[error(
+        "the upload broke off: {0}. The old coefficients are still active on the board; upload again"
+    )]
+    Before(LinkError),
+    /// It broke off while the board was storing.
+    #[error(
+        "the upload broke off while the board was storing the set: {0}. Either the old set or the whole new one is \
+         active, never a mixture; see which with `hexsense show`, and upload again if it is the old one"
+    )]
+    During(LinkError),
+    /// It broke off while the set was read back.
+    #[error(
+        "the board has stored the new coefficients, but reading them back broke off: {0}. See them with `hexsense show`"
+    )]
+    After(LinkError),
+    /// The bytes read back are others.
+    #[error(
+        "the board reads back another set ({read_back}) than the one uploaded ({uploaded}); upload again, and replace the board if it happens twice"
+    )]
+    Different {
+        /// Identity of the set that was sent.
+        uploaded: String,
+        /// Identity of what came back.
+        read_back: String,
+    },
+}
+
+impl Client {
+    /// Makes an encoded set the active one and proves it by reading it back.
+    ///
+    /// # Errors
+    /// [`UploadError`], which says what the board has now.
+    pub fn upload(&mut self, encoded: &[u8]) -> Result<ActiveSet, UploadError> {
+        self.send_set(encoded).map_err(UploadError::Before)?;
+        let id = CoefficientSet::id_of(encoded);
+        let active = self.commit(id)?;
+        let read_back = self.read_set().map_err(UploadError::After)?;
+        match read_back {
+            Some((_, bytes)) if bytes == encoded => Ok(active),
+            other => Err(UploadError::Different {
+                uploaded: id.to_string(),
+                read_back: other.map_or("none".to_owned(), |(_, bytes)| {
+                    CoefficientSet::id_of(&bytes).to_string()
+                }),
+            }),
+        }
+    }
+
+    fn send_set(&mut self, encoded: &[u8]) -> Result<(), LinkError> {
+        let id = CoefficientSet::id_of(encoded);
+        self.command(&Request::UploadBegin {
+            length: encoded.len() as u16,
+            id,
+        })?;
+        for (index, piece) in encoded.chunks(CHUNK).enumerate() {
+            let bytes: Chunk = piece.iter().copied().collect();
+            let offset = index * CHUNK;
+            let request = Request::UploadChunk {
+                offset: offset as u16,
+                bytes,
+            };
+            match self.command(&request) {
+                // The piece had arrived and its answer was lost.
+                Err(LinkError::Refused(Refusal::OutOfOrder { expected }))
+                    if usize::from(expected) == offset + piece.len() => {}
+                other => other?,
+            }
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self, id: SetId) -> Result<ActiveSet, UploadError> {
+        let start = self.now();
+        let commit = Request::UploadCommit;
+        match self.ask_once(&commit, COMMIT) {
+            Ok(Some(Response::Committed(active))) => return Ok(active),
+            Ok(Some(_)) => return Err(UploadError::During(answer_error(&commit))),
+            Ok(None) => {}
+            Err(refused @ LinkError::Refused(_)) => return Err(UploadError::Before(refused)),
+            Err(error) => return Err(UploadError::During(error)),
+        }
+        let silent = LinkError::from(self.silent(&commit, 1, start));
+        match self.ask_once(&Request::ActiveSet, COMMIT) {
+            Ok(Some(Response::ActiveSet(Some(active)))) if active.id == id => Ok(active),
+            Ok(Some(Response::ActiveSet(_))) => Err(UploadError::Before(silent)),
+            Ok(_) => Err(UploadError::During(silent)),
+            Err(error) => Err(UploadError::During(error)),
+        }
+    }
+}

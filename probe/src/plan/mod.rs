@@ -1,0 +1,386 @@
+//! The plan of a campaign: which movements the base makes, in numbers that people can read and change.
+//!
+//! ```toml
+//! geometry = "an-74tk-200"
+//! geometry_sha256 = "…"
+//! period_s = 0.002
+//!
+//! [[run]]
+//! name = "pitch"
+//! purpose = "calibrate"
+//! [[run.ramps]]
+//! freedom = "pitch"
+//! levels_deg = [20.0, 20.0, 0.0, 0.0, -20.0, -20.0, 0.0, 0.0]
+//! step_s = 4.0
+//! shape = "jerk-limited"
+//! ```
+//!
+//! - [`campaign`]: the movements of the method, as large as a base allows.
+//! - [`limits`]: how much of stroke, speed and acceleration a movement uses.
+//! - [`programs`]: the six jack programs that a motion controller loads.
+
+pub mod campaign;
+pub mod limits;
+pub mod programs;
+
+use std::path::Path;
+
+use hexsense::excitation::ramps::MAX_LEVELS;
+use hexsense::excitation::{DegreeOfFreedom, Program, RampShape, Ramps, Signal, Sine};
+use serde::{Deserialize, Serialize};
+
+use crate::files::{self, FileError};
+use crate::geometry_file::GeometryFile;
+
+/// Most signals of one run: one for each degree of freedom.
+const MAX_SIGNALS: usize = 6;
+/// Longest stretch that a plan may hold, s.
+const LONGEST_S: f64 = 3600.0;
+
+/// What a campaign will do, in order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Name of the geometry that it was made for.
+    pub geometry: String,
+    /// SHA-256 of that geometry's file, in hexadecimal digits.
+    pub geometry_sha256: String,
+    /// Period of the rows of the jack programs, s.
+    pub period_s: f64,
+    /// The runs, in order.
+    #[serde(rename = "run")]
+    pub runs: Vec<Run>,
+}
+
+/// What a run is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Purpose {
+    /// Coefficients are fitted to it.
+    Calibrate,
+    /// Coefficients are judged by it; nothing is fitted to it.
+    Verify,
+}
+
+/// One movement from home and back, or a rest at home.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Name, also of its files.
+    pub name: String,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// Length of a rest at home, s; a run that rests moves nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest_s: Option<f64>,
+    /// Degrees of freedom moved by ramps and holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ramps: Vec<RampsEntry>,
+    /// Degrees of freedom moved by sines.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sine: Vec<SineEntry>,
+}
+
+/// Ramps and holds of one degree of freedom; see [`Ramps`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RampsEntry {
+    /// What moves.
+    pub freedom: Freedom,
+    /// Level at the end of each subinterval, degrees; for angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels_deg: Option<Vec<f64>>,
+    /// The same in metres; for surge, heave and sway.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels_m: Option<Vec<f64>>,
+    /// Subinterval Δt, s.
+    pub step_s: f64,
+    /// How ramps go.
+    pub shape: Shape,
+}
+
+/// A sine of one degree of freedom; see [`Sine`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SineEntry {
+    /// What moves.
+    pub freedom: Freedom,
+    /// Amplitude, degrees; for angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude_deg: Option<f64>,
+    /// Amplitude, m; for surge, heave and sway.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude_m: Option<f64>,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Time to fade in, and again to fade out, s.
+    pub fade_s: f64,
+    /// Time in which transients die away, s.
+    pub settle_s: f64,
+    /// Time that is estimated over, s.
+    pub estimate_s: f64,
+}
+
+/// A degree of freedom as a plan names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[expect(
+    missing_docs,
+    reason = "the names of the six degrees of freedom say it all"
+)]
+pub enum Freedom {
+    Surge,
+    Heave,
+    Sway,
+    Roll,
+    Yaw,
+    Pitch,
+}
+
+impl From<Freedom> for DegreeOfFreedom {
+    fn from(freedom: Freedom) -> Self {
+        Self::ALL[freedom as usize]
+    }
+}
+
+/// How ramps go, as a plan names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// At constant speed.
+    Linear,
+    /// With zero speed and acceleration at both ends.
+    JerkLimited,
+}
+
+impl Plan {
+    /// Reads a plan and checks that its numbers make movements; whether the base can make them is for
+    /// [`limits::check`] to say.
+    ///
+    /// # Errors
+    /// [`FileError`] with file, key, value and limit.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        Self::parse(&path.display().to_string(), &files::read(path)?)
+    }
+
+    /// Reads `text`, which came from `file`.
+    ///
+    /// # Errors
+    /// [`FileError::Syntax`] and [`FileError::Value`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
+        let plan: Self = files::from_toml(file, text)?;
+        files::within(file, "period_s", plan.period_s, 1e-4..=0.1)?;
+        for (index, run) in plan.runs.iter().enumerate() {
+            run.check(file)?;
+            if plan.runs[..index]
+                .iter()
+                .any(|earlier| earlier.name == run.name)
+            {
+                let limit = "each run needs a name of its own";
+                return Err(FileError::value(
+                    file,
+                    "run.name",
+                    format!("{:?} twice", run.name),
+                    limit,
+                ));
+            }
+        }
+        Ok(plan)
+    }
+
+    /// The plan as a file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a plan is made of tables, lists, strings and numbers")
+    }
+
+    /// Whether the plan was made for exactly this geometry file.
+    #[must_use]
+    pub fn is_for(&self, geometry: &GeometryFile) -> bool {
+        self.geometry_sha256 == files::hex(&geometry.hash)
+    }
+
+    /// The run of this name.
+    #[must_use]
+    pub fn run(&self, name: &str) -> Option<&Run> {
+        self.runs.iter().find(|run| run.name == name)
+    }
+
+    /// The runs with this purpose, in order.
+    pub fn runs_to(&self, purpose: Purpose) -> impl Iterator<Item = &Run> {
+        self.runs.iter().filter(move |run| run.purpose == purpose)
+    }
+}
+
+impl Run {
+    /// The movement; a rest has no signals.
+    #[must_use]
+    pub fn program(&self) -> Program {
+        let ramps = self
+            .ramps
+            .iter()
+            .map(|entry| (entry.freedom.into(), Signal::Ramps(entry.ramps())));
+        let sines = self
+            .sine
+            .iter()
+            .map(|entry| (entry.freedom.into(), Signal::Sine(entry.sine())));
+        Program {
+            signals: ramps.chain(sines).take(MAX_SIGNALS).collect(),
+        }
+    }
+
+    /// Length, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.rest_s.unwrap_or_else(|| self.program().duration_s())
+    }
+
+    /// The sine of a run that moves one degree of freedom by one sine.
+    #[must_use]
+    pub fn single_sine(&self) -> Option<(DegreeOfFreedom, Sine)> {
+        match (self.sine.as_slice(), self.ramps.as_slice()) {
+            ([entry], []) => Some((entry.freedom.into(), entry.sine())),
+            _ => None,
+        }
+    }
+
+    fn check(&self, file: &str) -> Result<(), FileError> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if self.name.is_empty() || !self.name.chars().all(plain) {
+            let limit = "it names files: letters, digits, - and _ only";
+            return Err(FileError::value(
+                file,
+                "run.name",
+                format!("{:?}", self.name),
+                limit,
+            ));
+        }
+        let signals = self.ramps.len() + self.sine.len();
+        if (self.rest_s.is_some() && signals > 0)
+            || (self.rest_s.is_none() && signals == 0)
+            || signals > MAX_SIGNALS
+        {
+            let limit = format!("it needs either rest_s or 1 to {MAX_SIGNALS} of ramps and sine");
+            let value = format!("a run with {signals} signals");
+            return Err(FileError::value(
+                file,
+                format!("run {}", self.name),
+                value,
+                limit,
+            ));
+        }
+        if let Some(rest_s) = self.rest_s {
+            files::within(
+                file,
+                &format!("run {}: rest_s", self.name),
+                rest_s,
+                1.0..=LONGEST_S,
+            )?;
+        }
+        self.ramps
+            .iter()
+            .try_for_each(|entry| entry.check(file, &self.name))?;
+        self.sine
+            .iter()
+            .try_for_each(|entry| entry.check(file, &self.name))
+    }
+}
+
+impl RampsEntry {
+    fn ramps(&self) -> Ramps {
+        let degrees = self
+            .levels_deg
+            .iter()
+            .flatten()
+            .map(|level| level.to_radians());
+        let metres = self.levels_m.iter().flatten().copied();
+        Ramps {
+            step_s: self.step_s,
+            levels: degrees.chain(metres).take(MAX_LEVELS).collect(),
+            shape: match self.shape {
+                Shape::Linear => RampShape::Linear,
+                Shape::JerkLimited => RampShape::JerkLimited,
+            },
+        }
+    }
+
+    fn check(&self, file: &str, run: &str) -> Result<(), FileError> {
+        let key = |name: &str| format!("run {run}: ramps.{name}");
+        files::within(file, &key("step_s"), self.step_s, 0.1..=LONGEST_S)?;
+        let (levels, limit) = in_unit(
+            file,
+            &key("levels"),
+            self.freedom,
+            self.levels_deg.as_ref(),
+            self.levels_m.as_ref(),
+        )?;
+        if levels.is_empty() || levels.len() > MAX_LEVELS {
+            let value = format!("a list of {}", levels.len());
+            let limit = format!("it must have 1 to {MAX_LEVELS} levels");
+            return Err(FileError::value(file, key("levels"), value, limit));
+        }
+        for level in levels {
+            files::within(file, &key("levels"), *level, -limit..=limit)?;
+        }
+        match levels.last() {
+            Some(last) if *last != 0.0 => {
+                let limit = "its last level must be 0, home";
+                Err(FileError::value(file, key("levels"), last, limit))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl SineEntry {
+    fn sine(&self) -> Sine {
+        let degrees = self.amplitude_deg.map(f64::to_radians);
+        Sine {
+            amplitude: degrees.or(self.amplitude_m).unwrap_or_default(),
+            frequency_hz: self.frequency_hz,
+            phase_rad: 0.0,
+            fade_s: self.fade_s,
+            settle_s: self.settle_s,
+            estimate_s: self.estimate_s,
+        }
+    }
+
+    fn check(&self, file: &str, run: &str) -> Result<(), FileError> {
+        let key = |name: &str| format!("run {run}: sine.{name}");
+        let (degrees, metres) = (self.amplitude_deg.as_ref(), self.amplitude_m.as_ref());
+        let (amplitude, limit) = in_unit(file, &key("amplitude"), self.freedom, degrees, metres)?;
+        files::within(file, &key("amplitude"), *amplitude, 0.0..=limit)?;
+        files::within(file, &key("frequency_hz"), self.frequency_hz, 0.01..=50.0)?;
+        files::within(file, &key("fade_s"), self.fade_s, 0.1..=LONGEST_S)?;
+        files::within(file, &key("settle_s"), self.settle_s, 0.0..=LONGEST_S)?;
+        files::within(file, &key("estimate_s"), self.estimate_s, 0.1..=LONGEST_S).map(drop)
+    }
+}
+
+/// The one of two keys that fits the degree of freedom, and the largest number that makes sense in its unit.
+fn in_unit<'a, T>(
+    file: &str,
+    key: &str,
+    freedom: Freedom,
+    degrees: Option<&'a T>,
+    metres: Option<&'a T>,
+) -> Result<(&'a T, f64), FileError> {
+    let rotation = DegreeOfFreedom::from(freedom).is_rotation();
+    match (rotation, degrees, metres) {
+        (true, Some(degrees), None) => Ok((degrees, 90.0)),
+        (false, None, Some(metres)) => Ok((metres, 10.0)),
+        _ => {
+            let unit = if rotation { "deg" } else { "m" };
+            let limit = format!(
+                "a movement in {} needs {key}_{unit} and no other unit",
+                DegreeOfFreedom::from(freedom).name()
+            );
+            Err(FileError::value(
+                file,
+                key,
+                "missing or in another unit",
+                limit,
+            ))
+        }
+    }
+}
