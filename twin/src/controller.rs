@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 use thiserror::Error;
 
 use crate::geometry::Geometry;
+use crate::limits::{BeyondLimit, Limits};
 use crate::program::Program;
 use crate::random::Stream;
 
@@ -22,10 +23,6 @@ pub const START_DELAY_MAX_S: f64 = 10.0;
 pub const CLOCK_TOLERANCE_PPM: f64 = 100.0;
 /// How far from the standing base a program may begin, m: the rounding of a CSV file, not a jump.
 const START_TOLERANCE_M: f64 = 1e-4;
-/// Limits are checked to this much above 1: rounding of rows.
-const ROUNDING: f64 = 1.001;
-/// Time over which the acceleration of a program is taken, s; over single rows it would be the rounding of the file.
-const ACCELERATION_WINDOW_S: f64 = 0.01;
 /// Time in which a stop brings the base to a halt on its path, s.
 const BRAKE_S: f64 = 0.5;
 /// Highest speed of a jack on the way home, m/s.
@@ -45,13 +42,6 @@ pub struct Controller {
     start_delay: Stream,
     /// In order of time, never empty; each holds until the next begins.
     courses: VecDeque<(f64, Course)>,
-}
-
-#[derive(Debug, Clone)]
-struct Limits {
-    half_stroke_m: f64,
-    speed_m_s: f64,
-    acceleration_m_s2: f64,
 }
 
 /// Where the jacks are told to be from some moment on.
@@ -85,44 +75,9 @@ pub enum Refusal {
         /// The run, or the way home.
         doing: String,
     },
-    /// A row outside the stroke.
-    #[error("jack {jack} at {time_s:.3} s: displacement {value_m:.4} m, limit ±{limit_m:.4} m")]
-    Stroke {
-        /// The jack, 1 to 6.
-        jack: usize,
-        /// Time of the program, s.
-        time_s: f64,
-        /// Displacement there, m.
-        value_m: f64,
-        /// Half the stroke, m.
-        limit_m: f64,
-    },
-    /// Too fast.
-    #[error("jack {jack} at {time_s:.3} s: speed {value_m_s:.3} m/s, limit {limit_m_s:.3} m/s")]
-    Speed {
-        /// The jack, 1 to 6.
-        jack: usize,
-        /// Time of the program, s.
-        time_s: f64,
-        /// Speed there, m/s.
-        value_m_s: f64,
-        /// `speed_max` of the geometry, m/s.
-        limit_m_s: f64,
-    },
-    /// Too abrupt.
-    #[error(
-        "jack {jack} at {time_s:.3} s: acceleration {value_m_s2:.2} m/s², limit {limit_m_s2:.2} m/s²"
-    )]
-    Acceleration {
-        /// The jack, 1 to 6.
-        jack: usize,
-        /// Time of the program, s.
-        time_s: f64,
-        /// Acceleration there, m/s².
-        value_m_s2: f64,
-        /// `acceleration_max` of the geometry, m/s².
-        limit_m_s2: f64,
-    },
+    /// A row beyond a limit of the jacks.
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
     /// The program begins elsewhere.
     #[error(
         "jack {jack} would jump from {from_m:.4} m, where it stands, to {to_m:.4} m, where the program begins \
@@ -145,11 +100,7 @@ impl Controller {
         let home_m = geometry.home_displacements_m();
         let ppm = Stream::new(seed, "controller.clock").within(CLOCK_TOLERANCE_PPM);
         Self {
-            limits: Limits {
-                half_stroke_m: 0.5 * geometry.stroke_m(),
-                speed_m_s: geometry.speed_max_m_s.unwrap_or(f64::INFINITY),
-                acceleration_m_s2: geometry.acceleration_max_m_s2.unwrap_or(f64::INFINITY),
-            },
+            limits: Limits::of(geometry),
             home_m,
             clock: 1.0 + 1e-6 * ppm,
             start_delay: Stream::new(seed, "controller.start"),
@@ -303,70 +254,6 @@ impl Controller {
         {
             self.courses.pop_front();
         }
-    }
-}
-
-impl Limits {
-    fn check(&self, program: &Program) -> Result<(), Refusal> {
-        let (rows, period_s) = (program.rows(), program.period_s());
-        let window = ((ACCELERATION_WINDOW_S / period_s).round() as usize).max(1);
-        for (index, row) in rows.iter().enumerate() {
-            for (jack, &value_m) in row.iter().enumerate() {
-                let place = (jack + 1, index as f64 * period_s);
-                self.check_stroke(place, value_m)?;
-                if let Some(next) = rows.get(index + 1) {
-                    self.check_speed(place, (next[jack] - value_m) / period_s)?;
-                }
-                if let (Some(middle), Some(next)) =
-                    (rows.get(index + window), rows.get(index + 2 * window))
-                {
-                    let span_s = window as f64 * period_s;
-                    let bend = next[jack] - 2.0 * middle[jack] + value_m;
-                    self.check_acceleration((place.0, place.1 + span_s), bend / (span_s * span_s))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn check_stroke(&self, (jack, time_s): (usize, f64), value_m: f64) -> Result<(), Refusal> {
-        if value_m.abs() <= self.half_stroke_m * ROUNDING {
-            return Ok(());
-        }
-        Err(Refusal::Stroke {
-            jack,
-            time_s,
-            value_m,
-            limit_m: self.half_stroke_m,
-        })
-    }
-
-    fn check_speed(&self, (jack, time_s): (usize, f64), value_m_s: f64) -> Result<(), Refusal> {
-        if value_m_s.abs() <= self.speed_m_s * ROUNDING {
-            return Ok(());
-        }
-        Err(Refusal::Speed {
-            jack,
-            time_s,
-            value_m_s,
-            limit_m_s: self.speed_m_s,
-        })
-    }
-
-    fn check_acceleration(
-        &self,
-        (jack, time_s): (usize, f64),
-        value_m_s2: f64,
-    ) -> Result<(), Refusal> {
-        if value_m_s2.abs() <= self.acceleration_m_s2 * ROUNDING {
-            return Ok(());
-        }
-        Err(Refusal::Acceleration {
-            jack,
-            time_s,
-            value_m_s2,
-            limit_m_s2: self.acceleration_m_s2,
-        })
     }
 }
 

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`geometry`] | hinges, stroke and home out of a geometry file |
 //! | [`program`] | the jack program that an operator loads |
-//! | [`controller`] | checks it, starts it late, runs it on its own clock |
+//! | [`controller`], [`limits`] | checks it, starts it late, runs it on its own clock |
 //! | [`jack`] | six servos that follow softly, late, and with friction |
 //! | [`vibration`] | the structure that rings while it moves |
 //! | [`mechanism`] | jacks → pose, velocity, acceleration of the platform |
@@ -23,6 +23,15 @@
 //! nothing else: an error of sign there cannot cancel against the same error here.
 //!
 //! Axes are X forward, Y up, Z right; units are SI.
+//!
+//! ```
+//! let (_, geometry_toml) = hexsense::kinematics::presets::PRESETS[0];
+//! let mut bench = twin::Bench::new(1, geometry_toml)?;
+//! let mut rows = Vec::new();
+//! bench.next_chunk(&mut rows, |motion| assert!(motion.felt.specific_force.0[1] > 9.7))?;
+//! assert_eq!(rows.len(), 41 * twin::board::COLUMNS.len());
+//! # Ok::<(), twin::bench::BenchError>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod algebra;
@@ -32,6 +41,7 @@ pub mod control;
 pub mod controller;
 pub mod geometry;
 pub mod jack;
+pub mod limits;
 pub mod mechanism;
 pub mod motion;
 pub mod papers;

@@ -1,0 +1,278 @@
+//! What is felt on the platform: gravity's sign, turning, and derivatives that are those of the pose.
+
+mod support;
+
+use support::{X, Y, Z, an74, close, pass};
+use twin::Bench;
+use twin::algebra::{Rotation, Vec3};
+use twin::geometry::Geometry;
+use twin::mechanism::{Mechanism, Pose, Twist};
+use twin::motion::{Felt, Motion};
+
+const G: f64 = 9.80665;
+const STILL: Twist = Twist {
+    linear: Vec3::ZERO,
+    angular: Vec3::ZERO,
+};
+
+fn close3(got: Vec3, want: [f64; 3], tolerance: f64, what: &str) {
+    for (axis, (got, want)) in got.0.into_iter().zip(want).enumerate() {
+        close(got, want, tolerance, &format!("{what}[{axis}]"));
+    }
+}
+
+#[test]
+fn at_rest_and_level_specific_force_points_up() {
+    let bench = Bench::with_geometry(5, &an74()).unwrap();
+    let force = bench.motion().felt.specific_force;
+    // Hinges off by half a millimetre tilt the true home a little.
+    close3(force, [0.0, G, 0.0], 0.02, "force at home");
+    close(force.norm(), G, 1e-12, "size");
+}
+
+#[test]
+fn tilted_at_rest_specific_force_is_gravitys_projection() {
+    for (roll, yaw, pitch) in [(0.0, 0.0, 0.3), (0.3, 0.0, 0.0), (-0.2, 0.7, 0.25)] {
+        let attitude = Rotation::about(Y, yaw)
+            .after(Rotation::about(Z, pitch))
+            .after(Rotation::about(X, roll));
+        let pose = Pose {
+            position_m: Vec3::ZERO,
+            attitude,
+        };
+        let felt = Felt::at(&pose, &STILL, &STILL, Vec3([1.0, -1.0, 0.5]));
+        let want = [
+            G * f64::sin(pitch),
+            G * f64::cos(pitch) * f64::cos(roll),
+            -G * f64::cos(pitch) * f64::sin(roll),
+        ];
+        close3(felt.specific_force, want, 1e-12, "tilt");
+    }
+}
+
+#[test]
+fn body_to_earth_is_the_matrix_of_gost_20058() {
+    let (roll, yaw, pitch) = (0.4_f64, -0.7_f64, 0.3_f64);
+    let ((sg, cg), (sy, cy), (st, ct)) = (roll.sin_cos(), yaw.sin_cos(), pitch.sin_cos());
+    let published = [
+        [cy * ct, sy * sg - cy * st * cg, sy * cg + cy * st * sg],
+        [st, ct * cg, -ct * sg],
+        [-sy * ct, cy * sg + sy * st * cg, cy * cg - sy * st * sg],
+    ];
+    let attitude = Rotation::about(Y, yaw)
+        .after(Rotation::about(Z, pitch))
+        .after(Rotation::about(X, roll));
+    for (column, axis) in [X, Y, Z].into_iter().enumerate() {
+        let want = published.map(|row| row[column]);
+        close3(attitude.to_earth(axis), want, 1e-14, "column");
+    }
+}
+
+/// What is felt at `arm` when the jacks of a base move as this motion about the vertical demands; their accelerations
+/// are taken from their speeds by differences.
+fn felt_in_yaw(angle: impl Fn(f64) -> f64, rate: impl Fn(f64) -> f64, arm: Vec3) -> Felt {
+    let geometry = an74();
+    let pose = |t: f64| Pose {
+        position_m: geometry.home.position_m,
+        attitude: Rotation::about(Y, angle(t)),
+    };
+    let speeds = |t: f64| {
+        let twist = Twist {
+            linear: Vec3::ZERO,
+            angular: Y * rate(t),
+        };
+        geometry.nominal.length_rates(&pose(t), &twist)
+    };
+    let (t, h) = (0.4, 1e-3);
+    let accelerations = std::array::from_fn(|k| {
+        let at = |n: f64| speeds(t + n * h)[k];
+        (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h)
+    });
+    let linearised = geometry.nominal.linearised(&pose(t)).unwrap();
+    let velocity = linearised.velocity(&speeds(t));
+    let acceleration = linearised.acceleration(&velocity, &speeds(t), &accelerations);
+    Felt::at(&pose(t), &velocity, &acceleration, arm)
+}
+
+#[test]
+fn steady_turning_is_felt_as_centripetal_acceleration() {
+    let (rate, arm) = (0.9, Vec3([1.2, -0.8, 0.7]));
+    let felt = felt_in_yaw(|t| rate * t - 0.3, |_| rate, arm);
+    let want = [-rate * rate * arm.0[0], G, -rate * rate * arm.0[2]];
+    close3(felt.specific_force, want, 1e-9, "centripetal");
+    close3(felt.angular_rate, [0.0, rate, 0.0], 1e-12, "rate");
+    close3(
+        felt.angular_acceleration,
+        [0.0; 3],
+        1e-9,
+        "angular acceleration",
+    );
+}
+
+#[test]
+fn growing_turning_is_felt_as_euler_acceleration() {
+    let (epsilon, arm) = (2.0, Vec3([1.2, -0.8, 0.7]));
+    let felt = felt_in_yaw(|t| 0.5 * epsilon * t * t - 0.16, |t| epsilon * t, arm);
+    let rate = epsilon * 0.4;
+    let want = [
+        epsilon * arm.0[2] - rate * rate * arm.0[0],
+        G,
+        -epsilon * arm.0[0] - rate * rate * arm.0[2],
+    ];
+    close3(felt.specific_force, want, 1e-8, "Euler");
+    close3(
+        felt.angular_acceleration,
+        [0.0, epsilon, 0.0],
+        1e-8,
+        "angular acceleration",
+    );
+}
+
+/// Derivative of a vector from values two steps around (five points).
+fn slope(values: [Vec3; 5], h: f64) -> Vec3 {
+    ((values[3] - values[1]) * 8.0 - (values[4] - values[0])) * (1.0 / (12.0 * h))
+}
+
+/// Angular velocity from five attitudes: ω = ½ Σ a × a' over the three body axes a in the earth frame.
+fn turning(attitudes: [Rotation; 5], h: f64) -> Vec3 {
+    [X, Y, Z].into_iter().fold(Vec3::ZERO, |sum, axis| {
+        let moved = attitudes.map(|attitude| attitude.to_earth(axis));
+        sum + moved[2].cross(slope(moved, h)) * 0.5
+    })
+}
+
+/// Displacement, speed and acceleration of smooth, unlike jacks.
+fn smooth_jacks(mechanism: &Mechanism, home: &Pose, t: f64) -> [[f64; 6]; 3] {
+    let rest = mechanism.lengths(home);
+    let wave = |k: usize| (0.05 + 0.02 * k as f64, 2.0 + 0.7 * k as f64, 0.9 * k as f64);
+    let derivative = |order: i32| -> [f64; 6] {
+        std::array::from_fn(|k| {
+            let (amplitude, omega, phase) = wave(k);
+            let quarter = f64::from(order) * std::f64::consts::FRAC_PI_2;
+            amplitude * omega.powi(order) * (omega * t + phase + quarter).sin()
+        })
+    };
+    let displacement = derivative(0);
+    [
+        std::array::from_fn(|k| rest[k] + displacement[k]),
+        derivative(1),
+        derivative(2),
+    ]
+}
+
+#[test]
+fn velocity_and_acceleration_are_the_derivatives_of_the_pose() {
+    let geometry = an74();
+    let mechanism = &geometry.nominal;
+    let at = |t: f64| {
+        let [lengths, speeds, accelerations] = smooth_jacks(mechanism, &geometry.home, t);
+        let pose = mechanism.solve_pose(&lengths, geometry.home).unwrap();
+        let linearised = mechanism.linearised(&pose).unwrap();
+        let velocity = linearised.velocity(&speeds);
+        (
+            pose,
+            velocity,
+            linearised.acceleration(&velocity, &speeds, &accelerations),
+        )
+    };
+    let h = 1e-3;
+    for t in [0.3, 1.1, 1.9, 2.7] {
+        let around = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|n| at(t + n * h));
+        let (_, velocity, acceleration) = around[2];
+        assert!(acceleration.angular.norm() > 0.1 && velocity.angular.norm() > 0.05);
+        let position = around.map(|(pose, ..)| pose.position_m);
+        close3(velocity.linear, slope(position, h).0, 1e-8, "p'");
+        let attitude = around.map(|(pose, ..)| pose.attitude);
+        close3(velocity.angular, turning(attitude, h).0, 1e-8, "ω");
+        let linear = around.map(|(_, velocity, _)| velocity.linear);
+        close3(acceleration.linear, slope(linear, h).0, 1e-8, "p''");
+        let angular = around.map(|(_, velocity, _)| velocity.angular);
+        close3(acceleration.angular, slope(angular, h).0, 1e-8, "ω'");
+    }
+}
+
+/// Root of the mean square over a run of the difference between a value and the slope of another.
+fn mismatch(
+    run: &[Motion],
+    of: impl Fn(&Motion) -> Vec3,
+    is: impl Fn(&Motion) -> Vec3,
+) -> (f64, f64) {
+    let (mut wrong, mut size) = (0.0, 0.0);
+    for five in run.windows(5) {
+        let numeric = slope(std::array::from_fn(|n| of(&five[n])), twin::bench::STEP_S);
+        wrong += (numeric - is(&five[2])).norm().powi(2);
+        size += is(&five[2]).norm().powi(2);
+    }
+    let count = run.len() as f64;
+    ((wrong / count).sqrt(), (size / count).sqrt())
+}
+
+#[test]
+fn the_running_bench_differentiates_itself_vibration_and_friction_included() {
+    let geometry = an74();
+    let mut bench = Bench::with_geometry(3, &geometry).unwrap();
+    bench.run("six", support::six_axes(&geometry, 4.0)).unwrap();
+    let run = pass(&mut bench, 18.0);
+    let (wrong, size) = mismatch(&run, |m| m.pose.position_m, |m| m.velocity.linear);
+    assert!(size > 0.02 && wrong < 1e-6, "p': {wrong} of {size}");
+    let (wrong, size) = mismatch(&run, |m| m.velocity.linear, |m| m.acceleration.linear);
+    assert!(size > 0.1 && wrong < 1e-3, "p'': {wrong} of {size}");
+    let (wrong, size) = mismatch(&run, |m| m.velocity.angular, |m| m.acceleration.angular);
+    assert!(size > 0.1 && wrong < 1e-3, "ω': {wrong} of {size}");
+}
+
+#[test]
+fn a_moving_base_vibrates_and_a_still_one_does_not() {
+    let geometry = an74();
+    let mut bench = Bench::with_geometry(4, &geometry).unwrap();
+    let ramp = support::program(&geometry, 9.0, |t| Pose {
+        position_m: geometry.home.position_m + Y * (0.1 * (t - 0.5).clamp(0.0, 4.0)),
+        attitude: Rotation::LEVEL,
+    });
+    bench.run("ramp", ramp).unwrap();
+    let run = pass(&mut bench, 19.0);
+    let moving: Vec<f64> = run
+        .iter()
+        .filter(|m| (m.velocity.linear.0[1] - 0.1).abs() < 0.01)
+        .skip(3000)
+        .take(3000)
+        .map(|m| m.felt.specific_force.norm())
+        .collect();
+    let still: Vec<f64> = run[run.len() - 1000..]
+        .iter()
+        .map(|m| m.felt.specific_force.norm())
+        .collect();
+    let swing = |values: &[f64]| {
+        values
+            .iter()
+            .fold(0.0, |max: f64, v| max.max((v - G).abs()))
+    };
+    assert!(moving.len() == 3000);
+    // Only the part along gravity changes the size, so at most 0.02 g.
+    assert!(
+        swing(&moving) > 0.02 && swing(&moving) < 0.25,
+        "{}",
+        swing(&moving)
+    );
+    assert!(swing(&still) < 1e-3, "{}", swing(&still));
+}
+
+#[test]
+fn every_preset_moves_in_six_axes_and_comes_home() {
+    for (name, text) in hexsense::kinematics::presets::PRESETS {
+        let geometry = Geometry::parse(text).unwrap();
+        for seed in [1, 2] {
+            let mut bench = Bench::new(seed, text).unwrap();
+            let home = bench.motion().pose.position_m;
+            bench.run("six", support::six_axes(&geometry, 2.0)).unwrap();
+            let run = pass(&mut bench, 16.0);
+            let turned = run
+                .iter()
+                .map(|m| m.felt.angular_acceleration.norm())
+                .fold(0.0, f64::max);
+            assert!(turned > 0.5, "{name}: {turned} rad/s²");
+            let off = (run[run.len() - 1].pose.position_m - home).norm();
+            close(off, 0.0, 1e-4, name);
+        }
+    }
+}
