@@ -55,7 +55,7 @@ pub const fn bits_per_second(content: StreamContent, rate_hz: u32) -> u32 {
     let counts = if content.counts { COUNT_BYTES } else { 0 };
     let values = if content.values { VALUE_BYTES } else { 0 };
     let frame = MAX_HEADER + counts + values + 16;
-    (frame * 10) as u32 * (rate_hz / BLOCK as u32)
+    (frame * 10) as u32 * rate_hz / BLOCK as u32
 }
 
 /// Encodes a block as a frame into `out` and returns its length; `header.content` says which of the samples go.

@@ -1,0 +1,91 @@
+//! The largest messages fit their frames, and the stream's needs are not understated.
+
+use hexsense::channel::{CHANNELS, INERTIAL};
+use hexsense::sampling::{BLOCK, RATES_HZ};
+use hexsense::store::SetId;
+use hexsense::wire::frame::{self, Closed, Deframer, FrameError};
+use hexsense::wire::telemetry::{self, Header};
+use hexsense::wire::{Kind, MAX_FRAME, MAX_PAYLOAD, StreamContent};
+
+/// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
+fn largest_block(content: StreamContent) -> usize {
+    let header = Header {
+        first_scan: u64::MAX,
+        rate_hz: u32::MAX,
+        supply: -1.999_999_9,
+        temperature_c: -1.999_999_9,
+        set: Some(SetId([0xFF; 8])),
+        dropped: u32::MAX,
+        content,
+    };
+    let (counts, values) = (
+        [[0xFFFF; CHANNELS]; BLOCK],
+        [[-1.999_999_9; INERTIAL]; BLOCK],
+    );
+    telemetry::encode(&header, &counts, &values, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
+}
+
+fn contents() -> [StreamContent; 4] {
+    [(false, false), (true, false), (false, true), (true, true)]
+        .map(|(counts, values)| StreamContent { counts, values })
+}
+
+#[test]
+fn the_largest_block_fits_a_frame() {
+    assert!(largest_block(contents()[3]) <= MAX_FRAME);
+}
+
+#[test]
+fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
+    for content in contents() {
+        for rate_hz in RATES_HZ {
+            let bytes = largest_block(content) as f64;
+            let needed = bytes * 10.0 * f64::from(rate_hz) / BLOCK as f64;
+            let stated = f64::from(telemetry::bits_per_second(content, rate_hz));
+            assert!(
+                stated >= needed,
+                "{content:?} at {rate_hz} Hz: {stated} < {needed}"
+            );
+            let spare = (stated - needed) / 10.0 / f64::from(rate_hz) * BLOCK as f64;
+            assert!(spare < 40.0, "{spare} bytes a block are not needed");
+        }
+    }
+}
+
+#[test]
+fn the_longest_payload_fits_and_one_more_byte_is_refused() {
+    let mut out = [0; MAX_FRAME];
+    let length = frame::encode(Kind::Block, 0xFFFF, &mut out, |payload| {
+        payload.fill(0xFF);
+        Some(payload.len())
+    })
+    .unwrap();
+    let mut deframer = Deframer::<MAX_FRAME>::default();
+    let closed = out[..length]
+        .iter()
+        .find_map(|byte| match deframer.push(*byte)? {
+            Closed::Frame(bytes) => Some(frame::decode(bytes).map(|frame| frame.payload.len())),
+            Closed::Overlong => None,
+        });
+    assert_eq!(closed, Some(Ok(MAX_PAYLOAD)));
+
+    let refused = Err(FrameError::Long {
+        length: MAX_PAYLOAD + 1,
+    });
+    let too_long = frame::encode(Kind::Block, 0, &mut out, |_| Some(MAX_PAYLOAD + 1));
+    assert_eq!(too_long, refused);
+    assert_eq!(frame::encode(Kind::Block, 0, &mut out, |_| None), refused);
+}
+
+#[test]
+fn a_buffer_that_is_too_short_is_refused() {
+    let frame = |out: &mut [u8]| frame::encode(Kind::Hello, 0, out, |_| Some(0));
+    let needed = frame(&mut [0; MAX_FRAME]).unwrap();
+    for length in 0..needed {
+        assert_eq!(
+            frame(&mut vec![0; length]),
+            Err(FrameError::Long { length: 0 })
+        );
+    }
+    assert_eq!(frame(&mut vec![0; needed]), Ok(needed));
+}

@@ -1,0 +1,219 @@
+//! Any message: proptest strategies for everything that travels.
+
+use hexsense::channel::{CHANNELS, INERTIAL, Triad};
+use hexsense::harmonics::ChannelSums;
+use hexsense::sampling::BLOCK;
+use hexsense::store::{RecordError, SetId};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, ResetCause};
+use hexsense::wire::telemetry::{Block, Header};
+use hexsense::wire::{
+    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
+};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+
+pub fn request() -> impl Strategy<Value = Request> {
+    prop_oneof![
+        Just(Request::Identity),
+        Just(Request::Status),
+        content().prop_map(Request::Stream),
+        any::<u32>().prop_map(Request::Rate),
+        drive().prop_map(Request::Drive),
+        any::<u8>().prop_map(|channel| Request::Harmonics { channel }),
+        Just(Request::ActiveSet),
+        any::<u16>().prop_map(|offset| Request::ReadSet { offset }),
+        (any::<u16>(), set_id()).prop_map(|(length, id)| Request::UploadBegin { length, id }),
+        (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Request::UploadChunk { offset, bytes }),
+        Just(Request::UploadCommit),
+        Just(Request::UploadAbort),
+    ]
+}
+
+pub fn response() -> impl Strategy<Value = Response> {
+    let harmonics =
+        (state(), drive(), any::<u64>(), sums()).prop_map(|(state, drive, first_scan, sums)| {
+            Response::Harmonics {
+                state,
+                drive,
+                first_scan,
+                sums,
+            }
+        });
+    prop_oneof![
+        Just(Response::Done),
+        refusal().prop_map(Response::Refused),
+        identity().prop_map(Response::Identity),
+        status().prop_map(Response::Status),
+        harmonics,
+        option::of(active_set()).prop_map(Response::ActiveSet),
+        (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Response::SetBytes { offset, bytes }),
+        active_set().prop_map(Response::Committed),
+    ]
+}
+
+pub fn refusal() -> impl Strategy<Value = Refusal> {
+    let two = (any::<u16>(), any::<u16>());
+    prop_oneof![
+        Just(Refusal::Malformed),
+        any::<u32>().prop_map(|hz| Refusal::Rate { hz }),
+        (any::<u32>(), any::<u32>())
+            .prop_map(|(bits_per_s, limit)| Refusal::LinkCapacity { bits_per_s, limit }),
+        Just(Refusal::NoCrystal),
+        Just(Refusal::Drive),
+        any::<u8>().prop_map(|channel| Refusal::Channel { channel }),
+        Just(Refusal::NoSet),
+        two.clone()
+            .prop_map(|(offset, length)| Refusal::Offset { offset, length }),
+        Just(Refusal::NoUpload),
+        two.prop_map(|(length, limit)| Refusal::Length { length, limit }),
+        any::<u16>().prop_map(|expected| Refusal::OutOfOrder { expected }),
+        Just(Refusal::WrongIdentity),
+        record_error().prop_map(Refusal::Record),
+        Just(Refusal::OtherBoard),
+        Just(Refusal::Flash),
+        Just(Refusal::Busy),
+    ]
+}
+
+pub fn block() -> impl Strategy<Value = Block> {
+    let counts = vec([any::<u16>(); CHANNELS], BLOCK).prop_map(|scans| scans.try_into().unwrap());
+    let values = vec([any::<f32>(); INERTIAL], BLOCK).prop_map(|values| values.try_into().unwrap());
+    (header(), counts, values).prop_map(|(header, counts, values)| Block {
+        header,
+        counts: header.content.counts.then_some(counts),
+        values: header.content.values.then_some(values),
+    })
+}
+
+pub fn header() -> impl Strategy<Value = Header> {
+    (
+        any::<u64>(),
+        any::<u32>(),
+        any::<f32>(),
+        any::<f32>(),
+        option::of(set_id()),
+        any::<u32>(),
+        content(),
+    )
+        .prop_map(
+            |(first_scan, rate_hz, supply, temperature_c, set, dropped, content)| Header {
+                first_scan,
+                rate_hz,
+                supply,
+                temperature_c,
+                set,
+                dropped,
+                content,
+            },
+        )
+}
+
+fn record_error() -> impl Strategy<Value = RecordError> {
+    let triad = proptest::sample::select(&Triad::ALL[..]);
+    prop_oneof![
+        any::<u32>().prop_map(|length| RecordError::Length { length }),
+        (any::<u32>(), any::<u32>())
+            .prop_map(|(stored, computed)| RecordError::Checksum { stored, computed }),
+        Just(RecordError::Layout),
+        triad
+            .clone()
+            .prop_map(|triad| RecordError::NotFinite { triad }),
+        triad.prop_map(|triad| RecordError::Singular { triad }),
+    ]
+}
+
+fn status() -> impl Strategy<Value = Status> {
+    let text = "[a-z µ]{0,64}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap());
+    (
+        (any::<u64>(), any::<u32>(), any::<u64>(), any::<u64>()),
+        (any::<u32>(), any::<u32>(), any::<bool>()),
+        (any::<f32>(), any::<f32>(), any::<bool>()),
+        (option::of([any::<f32>(); 2]), option::of(text)),
+    )
+        .prop_map(|(scans, link, analog, rest)| Status {
+            uptime_ms: scans.0,
+            rate_hz: scans.1,
+            scans: scans.2,
+            scans_lost: scans.3,
+            blocks_dropped: link.0,
+            frames_damaged: link.1,
+            crystal: link.2,
+            supply: analog.0,
+            temperature_c: analog.1,
+            in_calibrated_range: analog.2,
+            tilt_approximate_rad: rest.0,
+            panic: rest.1,
+        })
+}
+
+fn identity() -> impl Strategy<Value = Identity> {
+    let reset = prop_oneof![
+        Just(ResetCause::PowerOn),
+        Just(ResetCause::Pin),
+        Just(ResetCause::Software),
+        Just(ResetCause::Watchdog),
+        Just(ResetCause::Other),
+    ];
+    ([any::<u8>(); 12], "[A-Z0-9-]{0,32}", reset).prop_map(|(board, hardware, reset)| Identity {
+        board,
+        hardware: heapless::String::try_from(hardware.as_str()).unwrap(),
+        reset,
+    })
+}
+
+fn sums() -> impl Strategy<Value = ChannelSums> {
+    (
+        any::<i64>(),
+        any::<i64>(),
+        any::<u64>(),
+        [any::<i64>(); 5],
+        [any::<i64>(); 5],
+    )
+        .prop_map(|(offset, drift, square, cosine, sine)| ChannelSums {
+            offset,
+            drift,
+            square,
+            cosine,
+            sine,
+        })
+}
+
+fn drive() -> impl Strategy<Value = Drive> {
+    (any::<u64>(), any::<u32>(), any::<u32>()).prop_map(|(increment, settle_blocks, blocks)| {
+        Drive {
+            increment,
+            settle_blocks,
+            blocks,
+        }
+    })
+}
+
+fn state() -> impl Strategy<Value = HarmonicState> {
+    prop_oneof![
+        Just(HarmonicState::Idle),
+        Just(HarmonicState::Settling),
+        Just(HarmonicState::Summing),
+        Just(HarmonicState::Complete),
+    ]
+}
+
+fn active_set() -> impl Strategy<Value = ActiveSet> {
+    (set_id(), any::<u32>(), any::<u16>()).prop_map(|(id, sequence, length)| ActiveSet {
+        id,
+        sequence,
+        length,
+    })
+}
+
+fn content() -> impl Strategy<Value = StreamContent> {
+    (any::<bool>(), any::<bool>()).prop_map(|(counts, values)| StreamContent { counts, values })
+}
+
+fn set_id() -> impl Strategy<Value = SetId> {
+    [any::<u8>(); 8].prop_map(SetId)
+}
+
+fn chunk() -> impl Strategy<Value = Chunk> {
+    vec(any::<u8>(), 0..=CHUNK).prop_map(|bytes| Chunk::from_slice(&bytes).unwrap())
+}

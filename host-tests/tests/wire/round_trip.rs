@@ -1,0 +1,90 @@
+//! Whatever one side can say, the other side reads as it was said.
+
+use hexsense::sampling::BLOCK;
+use hexsense::wire::frame::{self, Closed, Deframer};
+use hexsense::wire::hello::Greeting;
+use hexsense::wire::{Frame, Kind, MAX_FRAME, message, telemetry};
+use proptest::prelude::*;
+
+use crate::messages;
+
+/// Sends the frame through a receiver and takes it apart.
+fn receive<T>(sent: &[u8], read: impl Fn(Frame) -> Option<T>) -> Option<T> {
+    let mut deframer = Deframer::<MAX_FRAME>::default();
+    let (last, body) = sent.split_last()?;
+    for byte in body {
+        assert_eq!(deframer.push(*byte), None, "a frame ends only at its zero");
+    }
+    match deframer.push(*last)? {
+        Closed::Frame(bytes) => read(frame::decode(bytes).ok()?),
+        Closed::Overlong => None,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn every_request_arrives_as_sent(request in messages::request(), sequence: u16) {
+        let mut out = [0; MAX_FRAME];
+        let length = message::encode_request(&request, sequence, &mut out).unwrap();
+        let received = receive(&out[..length], |frame| {
+            (frame.kind == Kind::Request && frame.sequence == sequence)
+                .then(|| message::decode_request(frame.payload))?
+        });
+        prop_assert_eq!(received, Some(request));
+    }
+
+    #[test]
+    fn every_response_arrives_as_sent(response in messages::response(), sequence: u16) {
+        let mut out = [0; MAX_FRAME];
+        let length = message::encode_response(&response, sequence, &mut out).unwrap();
+        let received = receive(&out[..length], |frame| {
+            (frame.kind == Kind::Response && frame.sequence == sequence)
+                .then(|| message::decode_response(frame.payload))?
+        });
+        prop_assert_eq!(received, Some(response));
+    }
+
+    #[test]
+    fn every_greeting_arrives_as_sent(wire: u16, firmware: [u8; 3], sequence: u16) {
+        let greeting = Greeting { wire, firmware };
+        let mut out = [0; MAX_FRAME];
+        let length = greeting.encode(sequence, &mut out).unwrap();
+        let received = receive(&out[..length], |frame| {
+            (frame.kind == Kind::Greeting && frame.sequence == sequence)
+                .then(|| Greeting::decode(frame.payload))?
+        });
+        prop_assert_eq!(received, Some(greeting));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn every_block_arrives_as_sent(block in messages::block(), sequence: u16) {
+        let counts = block.counts.unwrap_or([[0; _]; BLOCK]);
+        let values = block.values.unwrap_or([[0.0; _]; BLOCK]);
+        let mut out = [0; MAX_FRAME];
+        let length =
+            telemetry::encode(&block.header, &counts, &values, sequence, &mut out).unwrap();
+        let received = receive(&out[..length], |frame| {
+            (frame.kind == Kind::Block && frame.sequence == sequence)
+                .then(|| telemetry::decode(frame.payload))?
+        });
+        prop_assert_eq!(received, Some(block));
+    }
+}
+
+#[test]
+fn a_greeting_of_a_later_version_is_read_by_an_older_reader() {
+    let greeting = *b"hexsense\x02\x01\x03\x04\x05 and what later versions append";
+    assert_eq!(
+        Greeting::decode(&greeting),
+        Some(Greeting {
+            wire: 0x0102,
+            firmware: [3, 4, 5],
+        })
+    );
+}

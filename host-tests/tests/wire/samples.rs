@@ -1,0 +1,194 @@
+//! One message of every kind, with numbers whose bytes are all different.
+
+use hexsense::channel::Triad;
+use hexsense::harmonics::ChannelSums;
+use hexsense::store::{RecordError, SetId};
+use hexsense::wire::message::{ActiveSet, Chunk, ResetCause};
+use hexsense::wire::telemetry::Header;
+use hexsense::wire::{
+    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
+};
+
+/// Lists a sample beside every variant of an enum; a variant without a sample does not compile.
+macro_rules! one_of_each {
+    ($type:ident { $($name:ident $fields:tt => $sample:expr,)* }) => {{
+        let exhaustive = |value: &$type| match value { $($type::$name $fields => stringify!($name),)* };
+        let samples = vec![$($sample),*];
+        let names = [$(stringify!($name)),*];
+        assert!(samples.iter().map(exhaustive).eq(names), "a sample is not of its variant");
+        samples.into_iter().zip(names).map(|(sample, name)| (name, sample)).collect::<Vec<_>>()
+    }};
+}
+
+const ID: SetId = SetId([0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8]);
+const DRIVE: Drive = Drive {
+    increment: 0x0102_0304_0506_0708,
+    settle_blocks: 0x1112_1314,
+    blocks: 0x2122_2324,
+};
+const ACTIVE: ActiveSet = ActiveSet {
+    id: ID,
+    sequence: 0x3132_3334,
+    length: 0x4142,
+};
+const CONTENT: StreamContent = StreamContent {
+    counts: true,
+    values: false,
+};
+
+fn chunk() -> Chunk {
+    Chunk::from_slice(&[0xC1, 0x00, 0xC3]).unwrap()
+}
+
+pub fn requests() -> Vec<(&'static str, Request)> {
+    one_of_each!(Request {
+        Identity {} => Request::Identity,
+        Status {} => Request::Status,
+        Stream { .. } => Request::Stream(CONTENT),
+        Rate { .. } => Request::Rate(4_000),
+        Drive { .. } => Request::Drive(DRIVE),
+        Harmonics { .. } => Request::Harmonics { channel: 14 },
+        ActiveSet {} => Request::ActiveSet,
+        ReadSet { .. } => Request::ReadSet { offset: 0x5152 },
+        UploadBegin { .. } => Request::UploadBegin { length: 0x6162, id: ID },
+        UploadChunk { .. } => Request::UploadChunk { offset: 0x7172, bytes: chunk() },
+        UploadCommit {} => Request::UploadCommit,
+        UploadAbort {} => Request::UploadAbort,
+    })
+}
+
+pub fn responses() -> Vec<(&'static str, Response)> {
+    one_of_each!(Response {
+        Done {} => Response::Done,
+        Refused { .. } => Response::Refused(Refusal::Malformed),
+        Identity { .. } => identity(ResetCause::PowerOn),
+        Status { .. } => Response::Status(status()),
+        Harmonics { .. } => harmonics(HarmonicState::Idle),
+        ActiveSet { .. } => Response::ActiveSet(Some(ACTIVE)),
+        SetBytes { .. } => Response::SetBytes { offset: 0x5152, bytes: chunk() },
+        Committed { .. } => Response::Committed(ACTIVE),
+    })
+}
+
+pub fn refusals() -> Vec<(&'static str, Refusal)> {
+    one_of_each!(Refusal {
+        Malformed {} => Refusal::Malformed,
+        Rate { .. } => Refusal::Rate { hz: 0x0102_0304 },
+        LinkCapacity { .. } => Refusal::LinkCapacity { bits_per_s: 0x0102_0304, limit: 0x1112_1314 },
+        NoCrystal {} => Refusal::NoCrystal,
+        Drive {} => Refusal::Drive,
+        Channel { .. } => Refusal::Channel { channel: 15 },
+        NoSet {} => Refusal::NoSet,
+        Offset { .. } => Refusal::Offset { offset: 0x2122, length: 0x3132 },
+        NoUpload {} => Refusal::NoUpload,
+        Length { .. } => Refusal::Length { length: 0x2122, limit: 0x3132 },
+        OutOfOrder { .. } => Refusal::OutOfOrder { expected: 0x4142 },
+        WrongIdentity {} => Refusal::WrongIdentity,
+        Record { .. } => Refusal::Record(RecordError::Layout),
+        OtherBoard {} => Refusal::OtherBoard,
+        Flash {} => Refusal::Flash,
+        Busy {} => Refusal::Busy,
+    })
+}
+
+pub fn record_errors() -> Vec<(&'static str, RecordError)> {
+    one_of_each!(RecordError {
+        Length { .. } => RecordError::Length { length: 0x0102_0304 },
+        Checksum { .. } => RecordError::Checksum { stored: 0x0102_0304, computed: 0x1112_1314 },
+        Layout {} => RecordError::Layout,
+        NotFinite { .. } => RecordError::NotFinite { triad: Triad::LinearAcceleration },
+        Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
+    })
+}
+
+pub fn triads() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(Triad {
+        LinearAcceleration {} => Triad::LinearAcceleration,
+        AngularAcceleration {} => Triad::AngularAcceleration,
+        AngularRate {} => Triad::AngularRate,
+    });
+    let refused = |triad| Response::Refused(Refusal::Record(RecordError::Singular { triad }));
+    named
+        .into_iter()
+        .map(|(name, triad)| (name, refused(triad)))
+        .collect()
+}
+
+pub fn reset_causes() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(ResetCause {
+        PowerOn {} => ResetCause::PowerOn,
+        Pin {} => ResetCause::Pin,
+        Software {} => ResetCause::Software,
+        Watchdog {} => ResetCause::Watchdog,
+        Other {} => ResetCause::Other,
+    });
+    named
+        .into_iter()
+        .map(|(name, cause)| (name, identity(cause)))
+        .collect()
+}
+
+pub fn harmonic_states() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(HarmonicState {
+        Idle {} => HarmonicState::Idle,
+        Settling {} => HarmonicState::Settling,
+        Summing {} => HarmonicState::Summing,
+        Complete {} => HarmonicState::Complete,
+    });
+    named
+        .into_iter()
+        .map(|(name, state)| (name, harmonics(state)))
+        .collect()
+}
+
+pub fn header() -> Header {
+    Header {
+        first_scan: 0x0102_0304_0506_0708,
+        rate_hz: 4_000,
+        supply: 1.015_625,
+        temperature_c: -12.5,
+        set: Some(ID),
+        dropped: 0x1112_1314,
+        content: CONTENT,
+    }
+}
+
+fn identity(reset: ResetCause) -> Response {
+    Response::Identity(Identity {
+        board: *b"\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0A\x0B\x0C",
+        hardware: heapless::String::try_from("NUCLEO-G474RE").unwrap(),
+        reset,
+    })
+}
+
+fn harmonics(state: HarmonicState) -> Response {
+    Response::Harmonics {
+        state,
+        drive: DRIVE,
+        first_scan: 0x0102_0304_0506_0708,
+        sums: ChannelSums {
+            offset: -1,
+            drift: 2,
+            square: 3,
+            cosine: [-4, 5, -6, 7, -8],
+            sine: [9, -10, 11, -12, 13],
+        },
+    }
+}
+
+fn status() -> Status {
+    Status {
+        uptime_ms: 0x0102_0304_0506_0708,
+        rate_hz: 2_000,
+        scans: 0x1112_1314_1516_1718,
+        scans_lost: 0x2122_2324_2526_2728,
+        blocks_dropped: 0x3132_3334,
+        frames_damaged: 0x4142_4344,
+        crystal: true,
+        supply: 0.984_375,
+        temperature_c: 31.25,
+        in_calibrated_range: false,
+        tilt_approximate_rad: Some([0.25, -0.125]),
+        panic: Some(heapless::String::try_from("at µ").unwrap()),
+    }
+}

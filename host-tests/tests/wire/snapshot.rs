@@ -1,0 +1,153 @@
+//! The bytes of one message of every kind, as they were when this version of the wire was made.
+
+use std::fmt::Write;
+
+use hexsense::channel::{CHANNELS, INERTIAL};
+use hexsense::sampling::BLOCK;
+use hexsense::wire::hello::Greeting;
+use hexsense::wire::message::{encode_request, encode_response};
+use hexsense::wire::{
+    Kind, MAX_FRAME, Refusal, Response, StreamContent, VERSION, frame, telemetry,
+};
+
+use crate::samples;
+
+const SEQUENCE: u16 = 0x0B0A;
+
+fn hex(encode: impl FnOnce(&mut [u8]) -> usize) -> String {
+    let mut out = [0; MAX_FRAME];
+    let length = encode(&mut out);
+    out[..length].iter().fold(String::new(), |mut text, byte| {
+        write!(text, "{byte:02x}").unwrap();
+        text
+    })
+}
+
+/// One line for each message: its name and its frame in hexadecimal.
+fn everything() -> String {
+    let mut text = String::new();
+    let mut line =
+        |kind: &str, name: &str, bytes: String| writeln!(text, "{kind} {name} {bytes}").unwrap();
+    for (name, request) in samples::requests() {
+        line(
+            "request",
+            name,
+            hex(|out| encode_request(&request, SEQUENCE, out).unwrap()),
+        );
+    }
+    let response =
+        |response: &Response| hex(|out| encode_response(response, SEQUENCE, out).unwrap());
+    for (name, sample) in samples::responses() {
+        line("response", name, response(&sample));
+    }
+    line(
+        "response",
+        "NoActiveSet",
+        response(&Response::ActiveSet(None)),
+    );
+    for (name, refusal) in samples::refusals() {
+        line("refusal", name, response(&Response::Refused(refusal)));
+    }
+    for (name, error) in samples::record_errors() {
+        line(
+            "record-error",
+            name,
+            response(&Response::Refused(Refusal::Record(error))),
+        );
+    }
+    for (name, sample) in samples::triads() {
+        line("triad", name, response(&sample));
+    }
+    for (name, sample) in samples::reset_causes() {
+        line("reset", name, response(&sample));
+    }
+    for (name, sample) in samples::harmonic_states() {
+        line("harmonic-state", name, response(&sample));
+    }
+    let block = hex(|out| {
+        let header = telemetry::Header {
+            content: StreamContent::default(),
+            ..samples::header()
+        };
+        let (counts, values) = ([[0; CHANNELS]; BLOCK], [[0.0; INERTIAL]; BLOCK]);
+        telemetry::encode(&header, &counts, &values, SEQUENCE, out).unwrap()
+    });
+    line("block", "Header", block);
+    text
+}
+
+#[test]
+fn the_wire_is_the_one_its_version_stands_for() {
+    let path = format!(
+        "{}/tests/data/wire_v{VERSION}.txt",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let (expected, found) = (
+        std::fs::read_to_string(&path).unwrap_or_default(),
+        everything(),
+    );
+    let drifted: Vec<_> = found
+        .lines()
+        .filter(|line| !expected.lines().any(|old| old == *line))
+        .collect();
+    assert!(
+        expected == found,
+        "the wire drifted: bump wire::VERSION and write tests/data/wire_vN.txt for it.\n\
+         These messages are not as {path} says:\n{}\nThe whole file would be:\n{found}",
+        drifted.join("\n")
+    );
+}
+
+#[test]
+fn hello_and_greeting_never_change() {
+    let hello = hex(|out| frame::encode(Kind::Hello, SEQUENCE, out, |_| Some(0)).unwrap());
+    let greeting = Greeting {
+        wire: 0x0102,
+        firmware: [3, 4, 5],
+    };
+    let greeting = hex(|out| greeting.encode(SEQUENCE, out).unwrap());
+    let sorry = "hosts and boards of every version depend on these bytes; a new version of the wire must not touch them";
+    assert_eq!(hello, "01070a0b10e87c9200", "{sorry}");
+    assert_eq!(
+        greeting, "15010a0b68657873656e73650201030405d39a6a5500",
+        "{sorry}"
+    );
+}
+
+#[test]
+fn samples_of_a_block_follow_its_header_in_the_order_of_scans() {
+    let payload = |content| {
+        let header = telemetry::Header {
+            content,
+            ..samples::header()
+        };
+        let counts = std::array::from_fn(|scan| {
+            std::array::from_fn(|channel| (scan * 256 + channel) as u16)
+        });
+        let values = std::array::from_fn(|scan| {
+            std::array::from_fn(|channel| (scan * 256 + channel) as f32 + 0.5)
+        });
+        let mut out = [0; MAX_FRAME];
+        let length = telemetry::encode(&header, &counts, &values, SEQUENCE, &mut out).unwrap();
+        frame::decode(&mut out[..length - 1])
+            .unwrap()
+            .payload
+            .to_vec()
+    };
+    let places = |channels: usize| {
+        (0..BLOCK).flat_map(move |scan| (0..channels).map(move |channel| scan * 256 + channel))
+    };
+    let counts: Vec<u8> = places(15)
+        .flat_map(|place| (place as u16).to_le_bytes())
+        .collect();
+    let values: Vec<u8> = places(9)
+        .flat_map(|place| (place as f32 + 0.5).to_le_bytes())
+        .collect();
+    let [none, only_counts, only_values, both] =
+        [(false, false), (true, false), (false, true), (true, true)]
+            .map(|(counts, values)| payload(StreamContent { counts, values }));
+    let header = none.len();
+    assert_eq!(only_counts[header..], counts);
+    assert_eq!(only_values[header..], values);
+    assert_eq!(both[header..], [counts, values].concat());
+}
