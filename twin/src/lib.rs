@@ -14,7 +14,7 @@
 //! | [`motion`] | what sensors on the platform feel |
 //! | [`sensor`], [`transducer`] | what they make of it: volts |
 //! | [`board`] | pins, converters, crystal, supply, hum |
-//! | [`bench`] | all of it together, step by step |
+//! | [`mod@bench`] | all of it together, step by step |
 //! | [`serve`], [`control`], [`truth_log`] | the sockets, and the file for the comparison |
 //! | [`truth`], [`papers`] | what a perfect calibration would find; what a laboratory knows before |
 //! | [`sheet`], [`random`], [`algebra`] | data-sheet figures, random numbers, vectors |

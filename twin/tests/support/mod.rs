@@ -37,11 +37,11 @@ pub fn to_pose(geometry: &Geometry, shift: Vec3, turn: Vec3, hold_s: f64) -> Pro
     })
 }
 
-/// All six degrees of freedom at once, at home in the first and last moment.
+/// All six degrees of freedom at once, in proportion to the stroke, at home in the first and last moment.
 pub fn six_axes(geometry: &Geometry, periods: f64) -> Program {
     let frequency_hz = 0.5;
-    let turn = Vec3([0.08, 0.1, -0.09]);
-    let shift = Vec3([0.06, 0.05, -0.07]);
+    let turn = Vec3([0.08, 0.1, -0.09]) * (geometry.stroke_m() / 1.3);
+    let shift = Vec3([0.06, 0.05, -0.07]) * (geometry.stroke_m() / 1.3);
     program(geometry, periods / frequency_hz, |time_s| {
         let ramp = (time_s.min(periods / frequency_hz - time_s) / 1.0).clamp(0.0, 1.0);
         let wave = (std::f64::consts::TAU * frequency_hz * time_s).sin();
