@@ -134,8 +134,13 @@ impl Belief {
         doubt(Cause::JackConverter, &|belief| {
             belief.zero_counts.iter_mut().for_each(|zero| *zero += code)
         });
+        // The supply is measured through the reference: its converter's gain and offset and the rounding of the
+        // factory's reading all enter.
+        let reference = gain
+            .hypot(uniform(adc.offset_tolerance_lsb / REFERENCE_CODE))
+            .hypot(uniform(0.5 / FACTORY_CODE));
         doubt(Cause::SupplyReference, &|belief| {
-            belief.supply *= 1.0 + gain
+            belief.supply *= 1.0 + reference
         });
         doubt(Cause::Clock, &|belief| {
             belief.clock *= 1.0 + uniform(adc.clock_tolerance_ppm * 1e-6)
@@ -149,5 +154,8 @@ impl Belief {
     }
 }
 
+/// Code of the internal reference, about 1.21 V, at 3.3 V and at the factory's 3.0 V.
+const REFERENCE_CODE: f64 = 1_504.0;
+const FACTORY_CODE: f64 = 1_655.0;
 /// Conversions that the board adds up into a count.
 const COUNTS_PER_CODE: u32 = 16;

@@ -1,0 +1,120 @@
+//! The twin read by a converter that is a few lines long: the same counts as the board's, in distribution.
+//!
+//! The converter has the gain, offset, noise and supply that the twin tells every board; conversions are taken at the
+//! instants of the scan by the board's wrong clock. What is left out is everything that makes the board a board.
+
+use hexsense::channel::{CHANNELS, INERTIAL, Scan};
+use hexsense::excitation::Program;
+use hexsense::kinematics::displacements;
+use hexsense::sampling::instant_s;
+use hexsense_probe::analysis::Run;
+use hexsense_probe::capture::Capture;
+use hexsense_probe::geometry_file::GeometryFile;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use twin::Bench;
+use twin::bench::{CHUNK_STEPS, STEP_S};
+use twin::board::COLUMNS;
+
+/// Scan rate, Hz.
+pub const RATE_HZ: u32 = 1_000;
+/// A controller starts a run at most so late, s.
+const LATEST_START_S: f64 = 10.0;
+/// Time between the rows of a jack program, s.
+const PROGRAM_PERIOD_S: f64 = 0.002;
+const TEMPERATURE: usize = COLUMNS.len() - 2;
+const SUPPLY: usize = COLUMNS.len() - 1;
+
+/// A twin with a converter.
+pub struct Laboratory {
+    bench: Bench,
+    base: GeometryFile,
+    noise: ChaCha8Rng,
+    /// The chunk being read and the one before: channels of a scan may lie on both sides of their border.
+    rows: [Vec<f32>; 2],
+    chunk: usize,
+    scan: u64,
+}
+
+impl Laboratory {
+    /// The twin of a seed on a base.
+    ///
+    /// # Panics
+    /// When the base is no base: these are tests.
+    #[must_use]
+    pub fn new(seed: u64, base: &GeometryFile) -> Self {
+        let mut bench = Bench::new(seed, &base.text).expect("a usable geometry");
+        let mut rows = [Vec::new(), Vec::new()];
+        bench.next_chunk(&mut rows[0], |_| ()).expect("a base at rest");
+        Self { bench, base: base.clone(), noise: ChaCha8Rng::seed_from_u64(seed), rows, chunk: 0, scan: 0 }
+    }
+
+    /// Records a run: tells the controller, and scans until it must be over.
+    pub fn record(&mut self, name: &str, program: &Program, at_least_s: f64) -> Run {
+        let duration_s = if program.signals.is_empty() {
+            at_least_s
+        } else {
+            self.start(name, program);
+            program.duration_s() + LATEST_START_S + 1.0
+        };
+        let scans = (duration_s * f64::from(RATE_HZ)) as usize;
+        let mut capture = Capture::default();
+        for _ in 0..scans {
+            self.scan_once(&mut capture);
+        }
+        Run { name: name.to_owned(), program: program.clone(), capture, rate_hz: RATE_HZ }
+    }
+
+    fn start(&mut self, name: &str, program: &Program) {
+        let geometry = &self.base.geometry;
+        let rows = (program.duration_s() / PROGRAM_PERIOD_S).ceil() as usize;
+        let rows = (0..=rows)
+            .map(|row| displacements(geometry, &program.pose(geometry, row as f64 * PROGRAM_PERIOD_S)))
+            .collect();
+        let program = twin::Program::new(PROGRAM_PERIOD_S, rows).expect("a program with an even period");
+        self.bench.run(name, program).expect("a program inside the stroke");
+    }
+
+    fn scan_once(&mut self, capture: &mut Capture) {
+        let clock = 1.0 + self.bench.board().clock_ppm * 1e-6;
+        let trigger_s = self.scan as f64 / (f64::from(RATE_HZ) * clock);
+        let mut scan: Scan = [0; CHANNELS];
+        let supply_v = self.at(trigger_s, SUPPLY);
+        for (channel, count) in scan.iter_mut().enumerate() {
+            let adc = self.bench.board().adc[usize::from(channel >= INERTIAL)];
+            let volts = self.at(trigger_s + instant_s(channel), channel);
+            let noise: f64 = StandardNormal.sample(&mut self.noise);
+            // Sixteen conversions: the noise of a sum is four times that of one.
+            let codes = 16.0 * (volts / supply_v * 4096.0 * (1.0 + adc.gain_error) + adc.offset_lsb);
+            *count = (codes + 4.0 * adc.noise_lsb * noise).round().clamp(0.0, 65_520.0) as u16;
+        }
+        capture.scans.push(self.scan);
+        capture.counts.push(scan);
+        capture.supply.push(self.supply_factor(supply_v) as f32);
+        capture.temperature_c.push(self.at(trigger_s, TEMPERATURE) as f32);
+        self.scan += 1;
+    }
+
+    /// The supply as the board measures it: by its reference, whose reading at 3 V the factory left rounded.
+    fn supply_factor(&self, supply_v: f64) -> f64 {
+        let board = self.bench.board();
+        let factory = (board.vrefint_v / 3.0 * 4096.0).round();
+        let code = board.vrefint_v / supply_v * 4096.0 * (1.0 + board.adc[4].gain_error) + board.adc[4].offset_lsb;
+        3.0 * factory / code / 3.3
+    }
+
+    /// A column at a true time, between rows by a straight line; makes chunks as needed.
+    fn at(&mut self, time_s: f64, column: usize) -> f64 {
+        let place = time_s / STEP_S;
+        let chunk = place as usize / CHUNK_STEPS;
+        while chunk > self.chunk {
+            self.chunk += 1;
+            let rows = &mut self.rows[self.chunk % 2];
+            self.bench.next_chunk(rows, |_| ()).expect("a platform that follows its jacks");
+        }
+        let (rows, row) = (&self.rows[chunk % 2], place as usize % CHUNK_STEPS);
+        let value = |row: usize| f64::from(rows[row * COLUMNS.len() + column]);
+        value(row) + place.fract() * (value(row + 1) - value(row))
+    }
+}
