@@ -10,8 +10,11 @@
 pub mod analysis;
 pub mod campaign;
 pub mod capture;
+pub mod coefficient_file;
 pub mod files;
 pub mod geometry_file;
 pub mod link;
+pub mod motion;
 pub mod plan;
+pub mod record;
 pub mod sensor_file;

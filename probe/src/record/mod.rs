@@ -1,0 +1,326 @@
+//! Recording one run: the stream of scans into a capture, and the board's own harmonic sums.
+//!
+//! ```text
+//! stream on ── rest seen ── controller told ── onset seen ── drive set ── … ── end + 1 s ── stream off ── sums read
+//! ```
+//!
+//! - [`onset`]: when the base begins to move.
+//!
+//! Nothing waits for ever: a base that does not move within 30 s, samples that do not come for 2 s and sums that are
+//! not complete at the end are errors that say what to check.
+
+pub mod onset;
+
+use std::time::Duration;
+
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::ChannelSums;
+use hexsense::sampling::BLOCK;
+use hexsense::wire::telemetry::Block;
+use hexsense::wire::{Drive, HarmonicState, StreamContent};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::campaign::{BoardSums, Campaign, RunRecord};
+use crate::capture::CaptureWriter;
+use crate::files::FileError;
+use crate::link::{Client, LinkError};
+use crate::motion::{Motion, MotionError};
+use crate::plan::Run;
+use onset::OnsetWatch;
+
+/// Scan rate of a campaign, Hz.
+pub const RATE_HZ: u32 = 1_000;
+/// How long the next block may take.
+const BLOCK_WAIT: Duration = Duration::from_secs(2);
+/// How long the base may take to start after the controller was told, s.
+const ONSET_LIMIT_S: f64 = 30.0;
+/// Recorded after the end of the program, s.
+const AFTER_S: f64 = 1.0;
+/// Sums start so much before the settling is over, s: the onset is known to a tenth of a second, and the end of the
+/// window must not reach into the fade.
+const SUM_EARLY_S: f64 = 0.1;
+/// 2⁶⁴: one turn of the board's phase.
+const TURN: f64 = 18_446_744_073_709_551_616.0;
+
+/// Why a run could not be recorded.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The board or the way to it.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The motion controller.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The capture cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The base moves when it should rest.
+    #[error(
+        "jack {jack} moved by {moved_mm:.1} mm before run {run} was started; bring the base home and let it come to \
+         rest, and check that this transducer is connected"
+    )]
+    NotAtRest {
+        /// The run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it moved, mm.
+        moved_mm: f64,
+    },
+    /// The base did not move.
+    #[error(
+        "no jack has moved within {ONSET_LIMIT_S} s of the start of run {run}; check that the motion controller is \
+         enabled and has the right program, and that the jack transducers are wired to the board"
+    )]
+    NoOnset {
+        /// The run.
+        run: String,
+    },
+    /// The scans began anew.
+    #[error(
+        "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
+         at `hexsense info` for what it reports"
+    )]
+    Restarted {
+        /// Counter of the scan that came.
+        scan: u64,
+        /// Counter that was due.
+        expected: u64,
+    },
+    /// The board's sums are not there.
+    #[error(
+        "the board's harmonic sums of run {run} are {state:?} at its end, not complete; repeat the run"
+    )]
+    Sums {
+        /// The run.
+        run: String,
+        /// How far they are.
+        state: HarmonicState,
+    },
+}
+
+/// Records one run of the campaign into its folder. With `values` the board's calibrated values are recorded too.
+///
+/// # Errors
+/// [`RecordError`]. The base has then been told to return home, and the folder holds no recording of this run.
+pub fn record(
+    client: &mut Client,
+    motion: &mut dyn Motion,
+    campaign: &Campaign,
+    run: &Run,
+    values: bool,
+) -> Result<RunRecord, RecordError> {
+    let bar = bar(run);
+    let result = Recording {
+        client,
+        motion,
+        campaign,
+        run,
+        values,
+        bar: &bar,
+    }
+    .record();
+    bar.finish_and_clear();
+    if result.is_err() {
+        motion.stop();
+        // The line may be what failed; the error at hand says so.
+        let _ = client.stream(StreamContent::default());
+    }
+    result
+}
+
+struct Recording<'a> {
+    client: &'a mut Client,
+    motion: &'a mut dyn Motion,
+    campaign: &'a Campaign,
+    run: &'a Run,
+    values: bool,
+    bar: &'a ProgressBar,
+}
+
+/// What has been written so far.
+struct Tape {
+    writer: CaptureWriter,
+    first_scan: Option<u64>,
+    next_scan: u64,
+    scans: u64,
+}
+
+impl Tape {
+    fn push(&mut self, block: &Block) -> Result<(), RecordError> {
+        let scan = block.header.first_scan;
+        if scan < self.next_scan {
+            return Err(RecordError::Restarted {
+                scan,
+                expected: self.next_scan,
+            });
+        }
+        self.first_scan.get_or_insert(scan);
+        self.next_scan = scan + BLOCK as u64;
+        self.scans += BLOCK as u64;
+        Ok(self.writer.push(block)?)
+    }
+
+    fn lost(&self) -> u64 {
+        self.next_scan - self.first_scan.unwrap_or(self.next_scan) - self.scans
+    }
+}
+
+impl Recording<'_> {
+    fn record(&mut self) -> Result<RunRecord, RecordError> {
+        let moves = self.run.rest_s.is_none();
+        let program = self.campaign.program_path(self.run);
+        self.motion
+            .prepare(&self.run.name, moves.then_some(program.as_path()))?;
+        self.client.forget_blocks();
+        self.client.stream(StreamContent {
+            counts: true,
+            values: self.values,
+        })?;
+        let writer =
+            CaptureWriter::create(&self.campaign.capture_path(&self.run.name), self.values)?;
+        let mut tape = Tape {
+            writer,
+            first_scan: None,
+            next_scan: 0,
+            scans: 0,
+        };
+        let onset_scan = if moves {
+            Some(self.start(&mut tape)?)
+        } else {
+            None
+        };
+        let drive = match (onset_scan, self.run.single_sine()) {
+            (Some(onset), Some((_, sine))) => {
+                let start_s = sine.estimate_start_s() - SUM_EARLY_S;
+                Some(self.drive(&tape, onset, start_s, sine.frequency_hz, sine.estimate_s)?)
+            }
+            _ => None,
+        };
+        self.follow(&mut tape, onset_scan)?;
+        self.client.stream(StreamContent::default())?;
+        let board_sums = drive.map(|drive| self.sums(drive)).transpose()?;
+        let (scans, scans_lost) = (tape.scans, tape.lost());
+        tape.writer.finish()?;
+        let record = RunRecord {
+            run: self.run.name.clone(),
+            program_sha256: self.campaign.program_hash(self.run),
+            rate_hz: RATE_HZ,
+            onset_scan,
+            scans,
+            scans_lost,
+            board_sums,
+        };
+        self.campaign.note_run(&record)?;
+        Ok(record)
+    }
+
+    /// Learns rest, has the controller start, and waits for the onset.
+    fn start(&mut self, tape: &mut Tape) -> Result<u64, RecordError> {
+        let mut watch = OnsetWatch::new(self.run, &self.campaign.geometry, &self.campaign.sensors);
+        self.bar.set_message("at rest");
+        while !watch.knows_rest() {
+            let block = self.take(tape)?;
+            watch
+                .learn(&block)
+                .map_err(|moving| RecordError::NotAtRest {
+                    run: self.run.name.clone(),
+                    jack: moving.jack,
+                    moved_mm: 1e3 * moving.moved_m,
+                })?;
+        }
+        self.motion
+            .start(&self.run.name, &self.campaign.program_path(self.run))?;
+        self.bar.set_message("waiting for the base to move");
+        let limit = tape.next_scan + (ONSET_LIMIT_S * f64::from(RATE_HZ)) as u64;
+        while tape.next_scan < limit {
+            let block = self.take(tape)?;
+            if let Some(onset) = watch.watch(&block) {
+                return Ok(onset);
+            }
+        }
+        Err(RecordError::NoOnset {
+            run: self.run.name.clone(),
+        })
+    }
+
+    /// Has the board sum from `start_s` after the onset on, for `length_s`.
+    fn drive(
+        &mut self,
+        tape: &Tape,
+        onset: u64,
+        start_s: f64,
+        frequency_hz: f64,
+        length_s: f64,
+    ) -> Result<Drive, RecordError> {
+        let rate = f64::from(RATE_HZ);
+        let blocks = |scans: f64| (scans / BLOCK as f64).round() as u32;
+        let settle = onset as f64 + start_s * rate - tape.next_scan as f64;
+        let drive = Drive {
+            increment: (frequency_hz / rate * TURN) as u64,
+            settle_blocks: blocks(settle.max(0.0)),
+            blocks: blocks(length_s * rate),
+        };
+        self.client.drive(drive)?;
+        Ok(drive)
+    }
+
+    /// Records to the end of the run.
+    fn follow(&mut self, tape: &mut Tape, onset_scan: Option<u64>) -> Result<(), RecordError> {
+        let scans = |seconds: f64| (seconds * f64::from(RATE_HZ)) as u64;
+        self.bar.set_message("");
+        let position = |tape: &Tape, start: u64| {
+            let done = tape.next_scan.saturating_sub(start);
+            self.bar.set_position(done * 1000 / u64::from(RATE_HZ));
+        };
+        let (start, length) = match onset_scan {
+            Some(onset) => (onset, scans(self.run.duration_s() + AFTER_S)),
+            None => {
+                let block = self.client.block(BLOCK_WAIT)?;
+                tape.push(&block)?;
+                (block.header.first_scan, scans(self.run.duration_s()))
+            }
+        };
+        while tape.next_scan < start + length {
+            let block = self.client.block(BLOCK_WAIT)?;
+            tape.push(&block)?;
+            position(tape, start);
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, tape: &mut Tape) -> Result<Block, RecordError> {
+        let block = self.client.block(BLOCK_WAIT)?;
+        tape.push(&block)?;
+        Ok(block)
+    }
+
+    fn sums(&mut self, drive: Drive) -> Result<BoardSums, RecordError> {
+        let mut sums = BoardSums {
+            drive,
+            first_scan: 0,
+            channels: [ChannelSums::default(); CHANNELS],
+        };
+        for channel in 0..CHANNELS {
+            let report = self.client.harmonics(channel as u8)?;
+            if report.state != HarmonicState::Complete || report.drive != drive {
+                return Err(RecordError::Sums {
+                    run: self.run.name.clone(),
+                    state: report.state,
+                });
+            }
+            sums.first_scan = report.first_scan;
+            sums.channels[channel] = report.sums;
+        }
+        Ok(sums)
+    }
+}
+
+/// A bar that shows the run's seconds; hidden when standard error is not a terminal.
+fn bar(run: &Run) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix:>12} [{bar:40}] {msg} {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(((run.duration_s() + AFTER_S) * 1000.0) as u64)
+        .with_style(style)
+        .with_prefix(run.name.clone())
+}
