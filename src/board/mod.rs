@@ -13,7 +13,7 @@
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
 //! | [`exchange`] | what passes between those tasks |
 //! | [`supervisor`] | the watchdog |
-//! | [`identity`], [`panic`] | who the board is and why it last started |
+//! | [`identity`], [`mod@panic`] | who the board is and why it last started |
 //! | [`quick_look`] | the approximate tilt |
 
 pub mod acquisition;

@@ -6,7 +6,7 @@
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::INERTIAL;
-use hexsense::sampling::{BLOCK, RATES_HZ};
+use hexsense::sampling::{BLOCK, RANK_NS, RATES_HZ};
 use hexsense::wire::BAUD;
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
@@ -24,9 +24,6 @@ pub const OVERSAMPLING_CODE: u8 = 3;
 pub const SAMPLE_TIME: SampleTime = SampleTime::CYCLES47_5;
 /// Cycles of the converter's clock for one conversion: 47.5 of sampling and 12.5 of approximation.
 pub const CONVERSION_CYCLES: u32 = 60;
-/// Duration of one channel's sixteen conversions, ns: also the delay from one rank to the next.
-pub const RANK_NS: u32 =
-    (CONVERSION_CYCLES as u64 * OVERSAMPLING as u64 * 1_000_000_000 / ADC_HZ as u64) as u32;
 /// Duration of a whole scan, ns: nine ranks of ADC1, while ADC2 does six beside them.
 pub const SCAN_NS: u32 = RANK_NS * INERTIAL as u32;
 
@@ -39,8 +36,13 @@ pub const fn trigger_ticks(rate_hz: u32) -> u32 {
 }
 
 /// A converter that was triggered while still busy ignores the trigger, and the rate would halve without a sign.
-/// So a scan must fit the period, with 5 % to spare.
+/// So a scan must fit the period, with 5 % to spare. The host corrects the ranks' delays by the core's constant.
 const _: () = {
+    let rank_cycles = (CONVERSION_CYCLES * OVERSAMPLING) as u64;
+    assert!(
+        RANK_NS as u64 * ADC_HZ as u64 == rank_cycles * 1_000_000_000,
+        "the core assumes another duration of a rank"
+    );
     let mut i = 0;
     while i < RATES_HZ.len() {
         let rate = RATES_HZ[i];
