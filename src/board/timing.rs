@@ -5,7 +5,7 @@
 
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
-use hexsense::channel::INERTIAL;
+use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
 use hexsense::sampling::{BLOCK, RANK_NS, RATES_HZ};
 use hexsense::wire::BAUD;
 
@@ -42,6 +42,14 @@ const _: () = {
     assert!(
         RANK_NS as u64 * ADC_HZ as u64 == rank_cycles * 1_000_000_000,
         "the core assumes another duration of a rank"
+    );
+    assert!(
+        2 << OVERSAMPLING_CODE == OVERSAMPLING,
+        "the ratio is not its code"
+    );
+    assert!(
+        COUNTS_AT_SUPPLY == 4_096 * OVERSAMPLING,
+        "the core assumes another count"
     );
     let mut i = 0;
     while i < RATES_HZ.len() {
