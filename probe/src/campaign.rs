@@ -24,6 +24,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::analysis;
 use crate::capture::Capture;
 use crate::files::{self, FileError};
 use crate::geometry_file::{GeometryFile, GeometryFileError};
@@ -126,20 +127,17 @@ pub enum CampaignError {
 }
 
 impl Campaign {
-    /// Sets a campaign up in `folder`, or takes up the one that is there. A plan that the folder already holds is
-    /// used as it is; without one, `fresh` makes it. Nothing is written before everything is checked.
+    /// The campaign that `folder` holds, or the one that it shall hold: a plan that is there already is used as it is,
+    /// without one `fresh` makes it. Everything is checked and nothing is written; see [`Campaign::write`].
     ///
     /// # Errors
     /// [`CampaignError`]; also what `fresh` refuses.
     pub fn prepare<E: From<CampaignError>>(
         folder: &Path,
         geometry: GeometryFile,
-        sensors_path: &Path,
+        sensors: SensorFile,
         fresh: impl FnOnce(&GeometryFile) -> Result<Plan, E>,
     ) -> Result<Self, E> {
-        let sensors_text = files::read(sensors_path).map_err(CampaignError::from)?;
-        let sensors = SensorFile::parse(&sensors_path.display().to_string(), &sensors_text)
-            .map_err(CampaignError::from)?;
         let plan_path = folder.join("plan.toml");
         let plan = if plan_path.exists() {
             Plan::load(&plan_path).map_err(CampaignError::from)?
@@ -152,9 +150,18 @@ impl Campaign {
             geometry,
             sensors,
         };
-        campaign.check(&sensors_text)?;
-        campaign.write(&sensors_text)?;
+        campaign.check()?;
         Ok(campaign)
+    }
+
+    /// Writes plan, jack programs and the copies of both files into the folder.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn write(&self) -> Result<(), CampaignError> {
+        Self::write_plan(&self.folder, &self.plan, &self.geometry)?;
+        let sensors_path = self.folder.join("sensors.toml");
+        Ok(files::replace(&sensors_path, &self.sensors.text)?)
     }
 
     /// Opens the campaign in `folder`.
@@ -174,7 +181,7 @@ impl Campaign {
             geometry,
             sensors: SensorFile::load(&sensors_path)?,
         };
-        campaign.check(&files::read(&sensors_path)?)?;
+        campaign.check()?;
         Ok(campaign)
     }
 
@@ -200,7 +207,7 @@ impl Campaign {
     }
 
     /// Whether plan, base and sensors belong together and to what the folder holds.
-    fn check(&self, sensors_text: &str) -> Result<(), CampaignError> {
+    fn check(&self) -> Result<(), CampaignError> {
         let file = self.folder.join("plan.toml").display().to_string();
         if !self.plan.is_for(&self.geometry) {
             return Err(other(&self.folder, "a plan for another geometry file"));
@@ -217,16 +224,8 @@ impl Campaign {
             &self.folder,
             "sensors.toml",
             "another sensor file",
-            sensors_text,
+            &self.sensors.text,
         )
-    }
-
-    fn write(&self, sensors_text: &str) -> Result<(), CampaignError> {
-        Self::write_plan(&self.folder, &self.plan, &self.geometry)?;
-        Ok(files::replace(
-            &self.folder.join("sensors.toml"),
-            sensors_text,
-        )?)
     }
 
     /// Notes the board, or checks that it is the one that the campaign was begun with.
@@ -280,6 +279,19 @@ impl Campaign {
     pub fn capture(&self, run: &str) -> Result<Capture, CampaignError> {
         self.require(run)?;
         Ok(Capture::load(&self.capture_path(run))?)
+    }
+
+    /// A run with its scans, for the analysis.
+    ///
+    /// # Errors
+    /// Those of [`Campaign::capture`] and [`Campaign::record`].
+    pub fn recorded(&self, run: &Run) -> Result<analysis::Run, CampaignError> {
+        Ok(analysis::Run {
+            name: run.name.clone(),
+            program: run.program(),
+            capture: self.capture(&run.name)?,
+            rate_hz: self.record(&run.name)?.rate_hz,
+        })
     }
 
     /// What is known of a run beside its scans.

@@ -4,6 +4,7 @@
 //! number was changed, no longer has the identity that it states, and is refused.
 
 use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
 
 use hexsense::channel::Triad;
 use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError, TriadCoefficients};
@@ -84,32 +85,17 @@ struct Table {
 /// # Errors
 /// [`CoefficientFileError::Record`] for a set that no board would take.
 pub fn to_text(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
-    let mut buffer = [0; MAX_ENCODED];
-    let record = |reason| CoefficientFileError::Record {
-        file: file.to_owned(),
-        reason,
-    };
-    let encoded = set
-        .check()
-        .and_then(|()| set.encode(&mut buffer))
-        .map_err(record)?;
-    let date = std::time::UNIX_EPOCH + std::time::Duration::from_secs(set.unix_s);
-    let [linear_acceleration, angular_acceleration, angular_rate] =
-        set.triads.each_ref().map(Table::of);
-    let keys = Keys {
-        format: FORMAT.to_owned(),
-        id: CoefficientSet::id_of(encoded).to_string(),
-        board: files::hex(&set.board),
-        geometry: set.geometry.to_string(),
-        geometry_hash: files::hex(&set.geometry_hash),
-        date_utc: humantime::format_rfc3339_seconds(date).to_string(),
-        temperature_c: wide(set.temperature_c),
-        captures_sha256: files::hex(&set.provenance),
-        linear_acceleration,
-        angular_acceleration,
-        angular_rate,
-    };
+    let keys = Keys::of(file, set)?;
     Ok(toml::to_string(&keys).expect("a set is made of tables, lists, strings and numbers"))
+}
+
+/// The set as JSON, with the keys of the file.
+///
+/// # Errors
+/// [`CoefficientFileError::Record`] for a set that no board would take.
+pub fn to_json(set: &CoefficientSet) -> Result<serde_json::Value, CoefficientFileError> {
+    let keys = Keys::of("the set", set)?;
+    Ok(serde_json::to_value(keys).expect("a set is made of tables, lists, strings and numbers"))
 }
 
 /// Writes the set to `path`, whole or not at all.
@@ -150,16 +136,7 @@ pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileEr
         .into());
     }
     let set = keys.to_set(file)?;
-    let mut buffer = [0; MAX_ENCODED];
-    let record = |reason| CoefficientFileError::Record {
-        file: file.to_owned(),
-        reason,
-    };
-    let encoded = set
-        .check()
-        .and_then(|()| set.encode(&mut buffer))
-        .map_err(record)?;
-    let found = CoefficientSet::id_of(encoded).to_string();
+    let found = identity(file, &set)?;
     if found != keys.id {
         return Err(CoefficientFileError::Identity {
             file: file.to_owned(),
@@ -170,11 +147,41 @@ pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileEr
     Ok(set)
 }
 
+/// Identity of a set that is fit to be stored.
+fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
+    let mut buffer = [0; MAX_ENCODED];
+    let encoded = set.check().and_then(|()| set.encode(&mut buffer));
+    let encoded = encoded.map_err(|reason| CoefficientFileError::Record {
+        file: file.to_owned(),
+        reason,
+    })?;
+    Ok(CoefficientSet::id_of(encoded).to_string())
+}
+
 impl Keys {
+    fn of(file: &str, set: &CoefficientSet) -> Result<Self, CoefficientFileError> {
+        let date = UNIX_EPOCH + Duration::from_secs(set.unix_s);
+        let [linear_acceleration, angular_acceleration, angular_rate] =
+            set.triads.each_ref().map(Table::of);
+        Ok(Self {
+            format: FORMAT.to_owned(),
+            id: identity(file, set)?,
+            board: files::hex(&set.board),
+            geometry: set.geometry.to_string(),
+            geometry_hash: files::hex(&set.geometry_hash),
+            date_utc: humantime::format_rfc3339_seconds(date).to_string(),
+            temperature_c: wide(set.temperature_c),
+            captures_sha256: files::hex(&set.provenance),
+            linear_acceleration,
+            angular_acceleration,
+            angular_rate,
+        })
+    }
+
     fn to_set(&self, file: &str) -> Result<CoefficientSet, FileError> {
         let date = humantime::parse_rfc3339(&self.date_utc)
             .ok()
-            .and_then(|date| date.duration_since(std::time::UNIX_EPOCH).ok())
+            .and_then(|date| date.duration_since(UNIX_EPOCH).ok())
             .ok_or_else(|| {
                 FileError::value(
                     file,

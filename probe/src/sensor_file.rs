@@ -18,6 +18,9 @@ use crate::files::{self, FileError};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorFile {
+    /// The file as it is, for copies.
+    #[serde(skip)]
+    pub text: String,
     /// Name of the set of sensors.
     pub name: String,
     /// Local gravity, m/s².
@@ -108,7 +111,8 @@ impl SensorFile {
     /// # Errors
     /// [`FileError::Syntax`] and [`FileError::Value`].
     pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
-        let sheet: Self = files::from_toml(file, text)?;
+        let mut sheet: Self = files::from_toml(file, text)?;
+        text.clone_into(&mut sheet.text);
         let check = |key: &str, value: f64, low: f64, high: f64| {
             files::within(file, key, value, low..=high).map(drop)
         };
