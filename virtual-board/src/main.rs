@@ -1,2 +1,45 @@
-//! virtual-board
-fn main() {}
+//! The virtual board's program: see `virtual-board --help`.
+
+mod command_line;
+
+use std::convert::Infallible;
+use std::error::Error;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use virtual_board::bench::link::Link;
+use virtual_board::bench::pins::{BoardParameters, Pins};
+use virtual_board::firmware::elf::Firmware;
+use virtual_board::firmware::log::FirmwareLog;
+use virtual_board::machine::Machine;
+use virtual_board::machine::bus::Bus;
+use virtual_board::machine::memory::FlashMemory;
+
+use self::command_line::CommandLine;
+
+const DEFAULT_SEED: u64 = 1;
+
+fn main() -> ExitCode {
+    let Err(error) = run(&CommandLine::parse());
+    eprintln!("virtual-board: {error}");
+    ExitCode::FAILURE
+}
+
+fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
+    let firmware = Firmware::read(&options.elf)?;
+    let mut flash = FlashMemory::open(&options.flash)?;
+    firmware.program(&mut flash)?;
+    let link = Link::open(&options.link)?;
+    let (pins, mut parameters) = match &options.pins {
+        Some(address) => Pins::connect(address)?,
+        None => (Pins::Neutral, BoardParameters::neutral(DEFAULT_SEED)),
+    };
+    parameters.seed = options.seed.unwrap_or(parameters.seed);
+    let log = FirmwareLog::new(&firmware.file, firmware.rtt);
+    let mut machine = Machine::new(Bus::new(parameters, pins, flash), log)?;
+    let mut stdout = std::io::stdout();
+    writeln!(stdout, "{}", serde_json::json!({ "link": link.name()? }))?;
+    stdout.flush()?;
+    Ok(link.serve(&mut machine)?)
+}

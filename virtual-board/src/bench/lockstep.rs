@@ -1,0 +1,105 @@
+//! The link in lockstep: the machine runs only while the host waits for it, so that nothing depends on how fast either
+//! of them is.
+//!
+//! ```text
+//! host:   u32 run_us   u32 length   bytes for the receiver
+//! board:  u64 now_us   u32 length   bytes from the transmitter
+//! ```
+//!
+//! After a request the machine runs until the transmitter has been silent for two character times after at least one
+//! byte, or [`MOST_BYTES`] wait, or `run_us` have passed. Times are true time, which the crystal's error does not
+//! touch. While no host is connected, time stands still.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+
+use super::link::LinkError;
+use crate::machine::Machine;
+
+/// The machine stops for the host when so many bytes wait.
+pub const MOST_BYTES: usize = 4096;
+/// A request may not carry more than this: it is a mistake, not a message.
+const LONGEST_REQUEST: u32 = 1 << 20;
+
+/// The listening side.
+#[derive(Debug)]
+pub struct Lockstep {
+    listener: TcpListener,
+}
+
+impl Lockstep {
+    /// Serves hosts that connect here.
+    pub fn new(listener: TcpListener) -> Self {
+        Self { listener }
+    }
+
+    /// Serves one host after another.
+    pub fn serve(self, machine: &mut Machine) -> Result<std::convert::Infallible, LinkError> {
+        loop {
+            let (stream, _) = self.listener.accept()?;
+            serve_host(stream, machine)?;
+        }
+    }
+}
+
+/// Serves a host until it goes away.
+fn serve_host(mut stream: TcpStream, machine: &mut Machine) -> Result<(), LinkError> {
+    // A host that broke off is no failure of the board: the next one is waited for.
+    if stream.set_nodelay(true).is_err() {
+        return Ok(());
+    }
+    while let Ok((run_us, bytes)) = read_request(&mut stream) {
+        let answer = exchange(machine, run_us, &bytes)?;
+        if stream.write_all(&answer).is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
+    let mut head = [0; 8];
+    stream.read_exact(&mut head)?;
+    let [r0, r1, r2, r3, l0, l1, l2, l3] = head;
+    let (run_us, length) = (u32::from_le_bytes([r0, r1, r2, r3]), u32::from_le_bytes([l0, l1, l2, l3]));
+    if length > LONGEST_REQUEST {
+        eprintln!("board: the host announced {length} bytes, at most {LONGEST_REQUEST} are allowed; it is let go");
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    let mut bytes = vec![0; length as usize];
+    stream.read_exact(&mut bytes)?;
+    Ok((run_us, bytes))
+}
+
+/// One request: bytes in, time on, bytes out.
+fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
+    machine.bus_mut().line_in(bytes);
+    let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;
+    let end = machine.bus().timebase.cycles(end_s);
+    machine.run_until_silent(end, MOST_BYTES)?;
+    let sent = machine.bus_mut().lpuart.take_sent();
+    let now_us = (machine.bus().now_s() * 1e6) as u64;
+    let mut answer = Vec::with_capacity(12 + sent.len());
+    answer.extend(now_us.to_le_bytes());
+    answer.extend((sent.len() as u32).to_le_bytes());
+    answer.extend(sent);
+    Ok(answer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_two_words_and_bytes() {
+        let wire = [0x10, 0x27, 0, 0, 2, 0, 0, 0, 0xAB, 0xCD];
+        let (run_us, bytes) = read_request(&mut wire.as_slice()).unwrap();
+        assert_eq!((run_us, bytes.as_slice()), (10_000, &[0xAB, 0xCD][..]));
+    }
+
+    #[test]
+    fn a_request_of_absurd_length_is_refused() {
+        let wire = [0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF];
+        assert!(read_request(&mut wire.as_slice()).is_err());
+    }
+}

@@ -1,0 +1,42 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use virtual_board::bench::link::LinkAddress;
+
+/// A NUCLEO-G474RE without the hardware: runs an unmodified firmware ELF on an emulated STM32G474 in virtual time.
+///
+/// When the link listens, one line of JSON on stdout says where: {"link":"lockstep:127.0.0.1:4000"}. The firmware's
+/// log and remarks about the emulation go to stderr, with the virtual time in seconds in front.
+///
+/// To kill the process is to pull the plug; to start it again with the same flash file is to switch the power on.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub struct CommandLine {
+    /// Firmware to run: the ELF file as cargo builds it (thumbv7em-none-eabihf). It is programmed into flash bank 1
+    /// first, as a debug probe would do.
+    #[arg(long, value_name = "FILE")]
+    pub elf: PathBuf,
+
+    /// File that keeps the flash memory (512 KB) over power cycles; made, erased, if it does not exist.
+    #[arg(long, value_name = "FILE")]
+    pub flash: PathBuf,
+
+    /// Where the host connects to the board's serial port: tcp:HOST:PORT or pty (both at the pace of real time), or
+    /// lockstep:HOST:PORT (time runs only while the host waits for the board). Port 0 picks a free port.
+    #[arg(long, value_name = "ADDRESS")]
+    pub link: LinkAddress,
+
+    /// Where the twin listens for the board's pins, tcp:HOST:PORT. Without a twin every pin is at half the supply.
+    #[arg(long, value_name = "tcp:HOST:PORT", value_parser = pins_address)]
+    pub pins: Option<String>,
+
+    /// Seed of noise and random numbers. The twin brings one of its own, which this replaces; without a twin it is 1.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+fn pins_address(text: &str) -> Result<String, String> {
+    text.strip_prefix("tcp:").map(str::to_owned).ok_or_else(|| "expected tcp:HOST:PORT, as the twin prints it".to_owned())
+}

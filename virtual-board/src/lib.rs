@@ -1,0 +1,11 @@
+//! The virtual board: a NUCLEO-G474RE whose chip is emulated, which runs an unmodified firmware ELF in virtual time.
+//!
+//! - [`machine`]: the core, its exceptions and memories, and the bus;
+//! - [`peripherals`]: the chip's peripherals, from the reference manual;
+//! - [`bench`]: the twin at the analog pins, the host at the serial port;
+//! - [`firmware`]: the ELF file and its log.
+
+pub mod bench;
+pub mod firmware;
+pub mod machine;
+pub mod peripherals;

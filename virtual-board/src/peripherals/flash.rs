@@ -1,0 +1,353 @@
+//! Flash interface (RM0440 chapter 3): 512 KB in two banks of 128 pages of 2 KB.
+//!
+//! - Double words are programmed through a latch: a word to the lower address, then a word to the upper one. 85 µs.
+//! - Pages are erased in 22 ms. The operation takes effect when it ends.
+//! - While a bank is busy the other can be read and executed; an access to the busy bank, and a store to either,
+//!   stalls the core until the operation ends (3.3.1, 3.3.5). The processor model asks [`Flash::busy_bank`].
+//! - An operation that a reset cuts short leaves a torn double word or page: some bits are done, and the error code
+//!   does not match. Reading it sets ECCD and raises the NMI. The error code itself is not kept in the file, so a torn
+//!   word is a wrong word after the next power-on.
+//!
+//! Not modelled: fast programming, option byte programming, protection areas, correctable errors.
+
+use std::collections::BTreeSet;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng as _;
+
+use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
+use crate::machine::memory::FlashMemory;
+
+/// Size of the memory, bytes.
+pub const SIZE: usize = 512 * 1024;
+/// Size of one bank, bytes.
+pub const BANK_SIZE: usize = SIZE / 2;
+/// Size of a page, bytes: what an erase operation erases.
+pub const PAGE_SIZE: usize = 2048;
+
+/// Duration of an operation, s (data sheet DS12288, table "Flash memory characteristics", typical).
+const PROGRAM_S: f64 = 85.0e-6;
+const PAGE_ERASE_S: f64 = 22.02e-3;
+const MASS_ERASE_S: f64 = 22.13e-3;
+
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+/// Factory setting: dual bank, watchdogs started by software, no protection.
+const OPTR: u32 = 0xFFEF_F8AA;
+
+// SR
+const EOP: u32 = 1 << 0;
+const OPERR: u32 = 1 << 1;
+const PROGERR: u32 = 1 << 3;
+const PGAERR: u32 = 1 << 5;
+const SIZERR: u32 = 1 << 6;
+const PGSERR: u32 = 1 << 7;
+const ERRORS: u32 = 0xC3FA;
+const BSY: u32 = 1 << 16;
+// CR
+const PG: u32 = 0;
+const PER: u32 = 1;
+const MER1: u32 = 2;
+const MER2: u32 = 15;
+const STRT: u32 = 16;
+const OPTSTRT: u32 = 17;
+const FSTPG: u32 = 18;
+const EOPIE: u32 = 24;
+const ERRIE: u32 = 25;
+const OBL_LAUNCH: u32 = 27;
+const OPTLOCK: u32 = 30;
+const LOCK: u32 = 31;
+
+/// How far a sequence of two keys has got.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Keyhole {
+    Locked,
+    FirstKey,
+    Open,
+    /// A wrong key was given: closed until the next reset.
+    Jammed,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Operation {
+    Program { offset: usize, data: u64 },
+    Erase { offset: usize, length: usize },
+}
+
+/// The flash interface.
+#[derive(Debug)]
+pub struct Flash {
+    core_hz: f64,
+    acr: u32,
+    sr: u32,
+    cr: u32,
+    eccr: u32,
+    keyhole: Keyhole,
+    option_keyhole: Keyhole,
+    /// Lower half of a double word that waits for its upper half.
+    latch: Option<(usize, u32)>,
+    running: Option<(Operation, Cycles)>,
+    torn: BTreeSet<usize>,
+    tearing: ChaCha8Rng,
+    /// A wrong key raises a bus error; it has not been collected yet.
+    bus_error: bool,
+}
+
+impl Flash {
+    /// The interface after reset; `tearing` decides what is left of an interrupted operation.
+    pub fn new(tearing: ChaCha8Rng, core_hz: f64) -> Self {
+        Self {
+            core_hz,
+            acr: 0x0004_0600,
+            sr: 0,
+            cr: 1 << LOCK | 1 << OPTLOCK,
+            eccr: 0,
+            keyhole: Keyhole::Locked,
+            option_keyhole: Keyhole::Locked,
+            latch: None,
+            running: None,
+            torn: BTreeSet::new(),
+            tearing,
+            bus_error: false,
+        }
+    }
+
+    /// A warm reset: an operation under way is cut short.
+    pub fn reset(&mut self, memory: &mut FlashMemory) -> std::io::Result<()> {
+        if let Some((operation, _)) = self.running.take() {
+            self.tear(operation, memory)?;
+        }
+        let fresh = Self::new(self.tearing.clone(), self.core_hz);
+        *self = Self { torn: std::mem::take(&mut self.torn), ..fresh };
+        Ok(())
+    }
+
+    /// Tells the interface how fast the core runs.
+    pub fn set_core_clock(&mut self, core_hz: f64) {
+        self.core_hz = core_hz;
+    }
+
+    /// Reads a register.
+    pub fn read(&self, offset: u32) -> Read {
+        Ok(match offset {
+            0x00 => self.acr,
+            0x04..=0x0C => 0,
+            0x10 => self.sr | if self.running.is_some() { BSY } else { 0 },
+            0x14 => self.cr,
+            0x18 => self.eccr,
+            0x20 => OPTR,
+            0x24 | 0x44 => 0xFFFF_FFFF,
+            0x28 | 0x48 => 0xFFFF_0000,
+            0x2C | 0x30 | 0x4C | 0x50 => 0xFF00_FFFF,
+            0x70 | 0x74 => 0xFF00_FF00,
+            _ => return Err(NO_SUCH_REGISTER),
+        })
+    }
+
+    /// Writes a register. The answer may be that the chip is to be reset: see [`Self::option_bytes_reload`].
+    pub fn write(&mut self, offset: u32, value: u32, now: Cycles) -> Write {
+        match offset {
+            0x00 => self.acr = value & !0x1800,
+            0x08 => {
+                self.bus_error |= turn(&mut self.keyhole, KEYS, value);
+                if self.keyhole == Keyhole::Open {
+                    self.cr &= !(1 << LOCK);
+                }
+            }
+            0x0C => {
+                self.bus_error |= turn(&mut self.option_keyhole, OPTION_KEYS, value);
+                if self.option_keyhole == Keyhole::Open && !bit(self.cr, LOCK) {
+                    self.cr &= !(1 << OPTLOCK);
+                }
+            }
+            0x10 => self.sr &= !(value & (ERRORS | EOP)),
+            0x14 => return self.control(value, now),
+            0x18 => self.eccr &= !(value & 0xC000_0000),
+            0x04 => return Err(Unmodelled("power-down of the flash memory")),
+            0x20..=0x74 => return Err(Unmodelled("programming of option bytes")),
+            _ => return Err(NO_SUCH_REGISTER),
+        }
+        Ok(())
+    }
+
+    /// The core stores `size` bytes at `offset` from the start of the memory. The memory must not be busy.
+    pub fn store(&mut self, offset: usize, value: u32, size: usize, memory: &FlashMemory, now: Cycles) {
+        let failure = if !bit(self.cr, PG) || self.sr & ERRORS & !OPERR != 0 || self.running.is_some() {
+            Some(PGSERR)
+        } else if size != 4 {
+            Some(SIZERR)
+        } else {
+            match self.latch.take() {
+                None if offset.is_multiple_of(8) => {
+                    self.latch = Some((offset, value));
+                    None
+                }
+                Some((lower, word)) if offset == lower + 4 => {
+                    self.begin_program(lower, u64::from(value) << 32 | u64::from(word), memory, now)
+                }
+                _ => Some(PGAERR),
+            }
+        };
+        if let Some(flag) = failure {
+            self.fail(flag);
+        }
+    }
+
+    /// Whether the interrupt line is high.
+    pub fn interrupt(&self) -> bool {
+        (bit(self.cr, EOPIE) && self.sr & EOP != 0) || (bit(self.cr, ERRIE) && self.sr & OPERR != 0)
+    }
+
+    /// The bank that an operation keeps busy, 0 or 1.
+    pub fn busy_bank(&self) -> Option<usize> {
+        self.running.map(|(operation, _)| match operation {
+            Operation::Program { offset, .. } | Operation::Erase { offset, .. } => offset / BANK_SIZE,
+        })
+    }
+
+    /// Whether reads of a bank must be looked at: it is busy, or holds a torn double word.
+    pub fn watched(&self, bank: usize) -> bool {
+        let start = bank * BANK_SIZE;
+        self.busy_bank() == Some(bank) || self.torn.range(start..start + BANK_SIZE).next().is_some()
+    }
+
+    /// Notes a read at `offset`; true if the double word there is torn, which raises the NMI.
+    pub fn check_read(&mut self, offset: usize) -> bool {
+        let torn = self.torn.contains(&(offset & !7));
+        if torn {
+            let in_bank = (offset % BANK_SIZE / 8) as u32;
+            self.eccr = 1 << 31 | ((offset / BANK_SIZE) as u32) << 21 | in_bank;
+        }
+        torn
+    }
+
+    /// When [`Self::advance`] must be called next: the end of the operation under way.
+    pub fn next_event(&self) -> Cycles {
+        self.running.map_or(NEVER, |(_, at)| at)
+    }
+
+    /// Ends an operation whose time has come.
+    pub fn advance(&mut self, now: Cycles, memory: &mut FlashMemory) -> std::io::Result<()> {
+        let Some((operation, at)) = self.running else { return Ok(()) };
+        if at > now {
+            return Ok(());
+        }
+        self.running = None;
+        self.cr &= !(1 << STRT);
+        if bit(self.cr, EOPIE) {
+            self.sr |= EOP;
+        }
+        match operation {
+            Operation::Program { offset, data } => {
+                self.torn.remove(&offset);
+                memory.write(offset, &data.to_le_bytes())
+            }
+            Operation::Erase { offset, length } => {
+                self.torn.retain(|torn| !(offset..offset + length).contains(torn));
+                memory.write(offset, &vec![0xFF; length])
+            }
+        }
+    }
+
+    /// Wait states that are set (ACR.LATENCY).
+    pub fn wait_states(&self) -> u32 {
+        field(self.acr, 0, 4)
+    }
+
+    /// Collects the bus error of a wrong key.
+    pub fn take_bus_error(&mut self) -> bool {
+        std::mem::take(&mut self.bus_error)
+    }
+
+    /// Whether the firmware asked for the option bytes to be loaded again, which resets the chip.
+    pub fn option_bytes_reload(&self) -> bool {
+        bit(self.cr, OBL_LAUNCH)
+    }
+
+    fn control(&mut self, value: u32, now: Cycles) -> Write {
+        if bit(self.cr, LOCK) {
+            return Err(Unmodelled("ignored by hardware: control register written while it is locked"));
+        }
+        self.cr = (value & !(1 << OPTLOCK)) | (self.cr & (1 << OPTLOCK | 1 << STRT));
+        if bit(value, LOCK) && self.keyhole == Keyhole::Open {
+            self.keyhole = Keyhole::Locked;
+        }
+        if !bit(value, PG) {
+            self.latch = None;
+        }
+        if bit(value, STRT) && self.running.is_none() {
+            self.begin_erase(now);
+        }
+        match () {
+            () if bit(value, FSTPG) => Err(Unmodelled("fast programming")),
+            () if bit(value, OPTSTRT) => Err(Unmodelled("programming of option bytes")),
+            () => Ok(()),
+        }
+    }
+
+    fn begin_program(&mut self, offset: usize, data: u64, memory: &FlashMemory, now: Cycles) -> Option<u32> {
+        // A double word is written once; only all zeros may be written over anything (3.7.5, PROGERR).
+        if memory.double_word(offset) != u64::MAX && data != 0 {
+            return Some(PROGERR);
+        }
+        self.running = Some((Operation::Program { offset, data }, now + (PROGRAM_S * self.core_hz) as Cycles));
+        None
+    }
+
+    fn begin_erase(&mut self, now: Cycles) {
+        let page = bit(self.cr, PER);
+        let (mer1, mer2) = (bit(self.cr, MER1), bit(self.cr, MER2));
+        if bit(self.cr, PG) || self.sr & ERRORS & !OPERR != 0 || page == (mer1 || mer2) {
+            self.cr &= !(1 << STRT);
+            self.fail(PGSERR);
+            return;
+        }
+        let bank = |second| if second { BANK_SIZE } else { 0 };
+        let (offset, length, duration_s) = match (page, mer1, mer2) {
+            (true, ..) => {
+                let number = field(self.cr, 3, 7) as usize;
+                (bank(bit(self.cr, 11)) + number * PAGE_SIZE, PAGE_SIZE, PAGE_ERASE_S)
+            }
+            (false, true, true) => (0, SIZE, MASS_ERASE_S),
+            (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),
+        };
+        let end = now + (duration_s * self.core_hz) as Cycles;
+        self.running = Some((Operation::Erase { offset, length }, end));
+    }
+
+    fn fail(&mut self, flag: u32) {
+        self.latch = None;
+        self.sr |= flag;
+        if bit(self.cr, ERRIE) {
+            self.sr |= OPERR;
+        }
+    }
+
+    fn tear(&mut self, operation: Operation, memory: &mut FlashMemory) -> std::io::Result<()> {
+        match operation {
+            Operation::Program { offset, data } => {
+                self.torn.insert(offset);
+                let left = data | self.tearing.next_u64();
+                memory.write(offset, &(memory.double_word(offset) & left).to_le_bytes())
+            }
+            Operation::Erase { offset, length } => {
+                for word in (offset..offset + length).step_by(8) {
+                    self.torn.insert(word);
+                    let left = memory.double_word(word) | self.tearing.next_u64();
+                    memory.write(word, &left.to_le_bytes())?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Tries a key; true if it was the wrong one, which jams the keyhole and is a bus error.
+fn turn(keyhole: &mut Keyhole, keys: [u32; 2], key: u32) -> bool {
+    *keyhole = match *keyhole {
+        Keyhole::Locked if key == keys[0] => Keyhole::FirstKey,
+        Keyhole::FirstKey if key == keys[1] => Keyhole::Open,
+        _ => Keyhole::Jammed,
+    };
+    *keyhole == Keyhole::Jammed
+}

@@ -1,0 +1,363 @@
+//! LPUART1 (RM0440 chapter 38): receiver and transmitter with FIFOs, idle detection, overrun, DMA requests.
+//!
+//! ```text
+//! bit time = LPUART_BRR · prescaler / (256 · f_ck)          (38.4.7)
+//! ```
+//!
+//! A character on the line takes its full time; what was sent is collected with [`Lpuart::take_sent`], what arrives is
+//! put into [`Lpuart::line_in`] and comes in at line rate. The far end is assumed to be set to the same rate. While
+//! the receiver is off, characters pass at the rate set last, or [`DEFAULT_BAUD`], and are lost. Modem lines, parity,
+//! wake-up, mute and half-duplex mode are not modelled.
+
+use std::collections::VecDeque;
+
+use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
+
+/// Rate at which characters pass a receiver that was never set up, bit/s.
+pub const DEFAULT_BAUD: u64 = 115_200;
+
+const FIFO_DEPTH: usize = 8;
+
+// CR1
+const UE: u32 = 0;
+const RE: u32 = 2;
+const TE: u32 = 3;
+const IDLEIE: u32 = 4;
+const RXNEIE: u32 = 5;
+const TCIE: u32 = 6;
+const TXEIE: u32 = 7;
+const FIFOEN: u32 = 29;
+const TXFEIE: u32 = 30;
+const RXFFIE: u32 = 31;
+// CR3
+const EIE: u32 = 0;
+const DMAR: u32 = 6;
+const DMAT: u32 = 7;
+const OVRDIS: u32 = 12;
+const TXFTIE: u32 = 23;
+const RXFTIE: u32 = 28;
+// ISR
+const ORE: u32 = 1 << 3;
+const IDLE: u32 = 1 << 4;
+const RXNE: u32 = 1 << 5;
+const TC: u32 = 1 << 6;
+const TXE: u32 = 1 << 7;
+
+/// The port.
+#[derive(Debug)]
+pub struct Lpuart {
+    kernel_hz: u64,
+    core_hz: u64,
+    cr1: u32,
+    cr2: u32,
+    cr3: u32,
+    brr: u32,
+    presc: u32,
+    /// ORE, IDLE and TC; the other status bits follow from the FIFOs.
+    latched: u32,
+    rx: VecDeque<u8>,
+    tx: VecDeque<u8>,
+    last_received: u8,
+    /// The character in the transmit shift register, and when it is out.
+    shifting: Option<(u8, Cycles)>,
+    /// Characters that the far end has ready.
+    line: VecDeque<u8>,
+    /// When the character that is arriving is complete.
+    arriving: Option<Cycles>,
+    /// When the line counts as idle if nothing arrives.
+    idle_at: Cycles,
+    sent: Vec<u8>,
+    sent_at: Cycles,
+}
+
+impl Lpuart {
+    /// The port after reset.
+    pub fn new() -> Self {
+        Self {
+            kernel_hz: 0,
+            core_hz: 1,
+            cr1: 0,
+            cr2: 0,
+            cr3: 0,
+            brr: 0,
+            presc: 0,
+            latched: TC,
+            rx: VecDeque::with_capacity(FIFO_DEPTH),
+            tx: VecDeque::with_capacity(FIFO_DEPTH),
+            last_received: 0,
+            shifting: None,
+            line: VecDeque::new(),
+            arriving: None,
+            idle_at: NEVER,
+            sent: Vec::new(),
+            sent_at: 0,
+        }
+    }
+
+    /// Back to the state after reset. The line does not notice, but for a character that is cut off.
+    pub fn reset(&mut self) {
+        let fresh = Self::new();
+        let line = std::mem::take(&mut self.line);
+        let sent = std::mem::take(&mut self.sent);
+        *self = Self {
+            kernel_hz: self.kernel_hz,
+            core_hz: self.core_hz,
+            line,
+            arriving: self.arriving,
+            sent,
+            sent_at: self.sent_at,
+            ..fresh
+        };
+    }
+
+    /// Sets kernel clock and core clock, Hz.
+    pub fn set_clock(&mut self, kernel_hz: u32, core_hz: u32) {
+        self.kernel_hz = u64::from(kernel_hz);
+        self.core_hz = u64::from(core_hz);
+    }
+
+    /// Puts characters on the line towards the receiver.
+    pub fn line_in(&mut self, bytes: &[u8], now: Cycles) {
+        self.line.extend(bytes);
+        self.begin_arrival(now);
+    }
+
+    /// Characters on the line that have not arrived yet.
+    pub fn line_backlog(&self) -> usize {
+        self.line.len()
+    }
+
+    /// Collects what was transmitted since the last call.
+    pub fn take_sent(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.sent)
+    }
+
+    /// Number of characters that [`Self::take_sent`] would return.
+    pub fn sent_len(&self) -> usize {
+        self.sent.len()
+    }
+
+    /// When the transmitter will have been silent for two character times after its last character; none while it
+    /// is at work.
+    pub fn silent_at(&self) -> Option<Cycles> {
+        self.shifting.is_none().then(|| self.sent_at + 2 * self.character_cycles())
+    }
+
+    /// Reads a register.
+    pub fn read(&mut self, offset: u32) -> Read {
+        Ok(match offset {
+            0x00 => self.cr1,
+            0x04 => self.cr2,
+            0x08 => self.cr3,
+            0x0C => self.brr,
+            0x18 | 0x20 | 0x28 => 0,
+            0x1C => self.status(),
+            0x24 => self.receive(),
+            0x2C => self.presc,
+            _ => return Err(NO_SUCH_REGISTER),
+        })
+    }
+
+    /// Writes a register.
+    pub fn write(&mut self, offset: u32, value: u32, now: Cycles) -> Write {
+        match offset {
+            0x00 => return self.write_cr1(value, now),
+            0x04 => self.cr2 = value,
+            0x08 => {
+                self.cr3 = value;
+                if value & 0x0000_4308 != 0 {
+                    return Err(Unmodelled("half-duplex, flow control and driver enable"));
+                }
+            }
+            0x0C => self.brr = value & 0xF_FFFF,
+            0x18 => {
+                if bit(value, 3) {
+                    self.rx.clear();
+                }
+                if bit(value, 4) {
+                    self.tx.clear();
+                }
+            }
+            0x20 => self.latched &= !(value & (ORE | IDLE | TC)),
+            0x28 => self.transmit(value as u8, now),
+            0x2C => self.presc = value & 0xF,
+            _ => return Err(NO_SUCH_REGISTER),
+        }
+        Ok(())
+    }
+
+    /// Whether the interrupt line is high.
+    pub fn interrupt(&self) -> bool {
+        let status = self.status();
+        let on = |enable: bool, flags: u32| enable && status & flags != 0;
+        on(bit(self.cr1, IDLEIE), IDLE)
+            || on(bit(self.cr1, RXNEIE), RXNE | ORE)
+            || on(bit(self.cr1, TCIE), TC)
+            || on(bit(self.cr1, TXEIE), TXE)
+            || on(bit(self.cr1, TXFEIE), 1 << 23)
+            || on(bit(self.cr1, RXFFIE), 1 << 24)
+            || on(bit(self.cr3, RXFTIE), 1 << 26)
+            || on(bit(self.cr3, TXFTIE), 1 << 27)
+            || on(bit(self.cr3, EIE), ORE)
+    }
+
+    /// Whether the receiver asks a DMA channel to fetch a character.
+    pub fn rx_request(&self) -> bool {
+        bit(self.cr3, DMAR) && !self.rx.is_empty()
+    }
+
+    /// Whether the transmitter asks a DMA channel for a character.
+    pub fn tx_request(&self) -> bool {
+        bit(self.cr3, DMAT) && self.transmitting() && self.tx.len() < self.depth()
+    }
+
+    /// When [`Self::advance`] must be called next.
+    pub fn next_event(&self) -> Cycles {
+        let shifted = self.shifting.map_or(NEVER, |(_, at)| at);
+        shifted.min(self.arriving.unwrap_or(NEVER)).min(self.idle_at)
+    }
+
+    /// Carries out what happens at `now`, the time of the earliest event.
+    pub fn advance(&mut self, now: Cycles) {
+        if let Some((character, at)) = self.shifting
+            && at <= now
+        {
+            self.sent.push(character);
+            self.sent_at = at;
+            self.shifting = None;
+            self.begin_shift(at);
+            if self.shifting.is_none() {
+                self.latched |= TC;
+            }
+        }
+        if let Some(at) = self.arriving
+            && at <= now
+        {
+            self.arriving = None;
+            self.arrive(at);
+            self.begin_arrival(at);
+        }
+        if self.idle_at <= now {
+            self.idle_at = NEVER;
+            self.latched |= IDLE;
+        }
+    }
+
+    fn depth(&self) -> usize {
+        if bit(self.cr1, FIFOEN) { FIFO_DEPTH } else { 1 }
+    }
+
+    fn transmitting(&self) -> bool {
+        bit(self.cr1, UE) && bit(self.cr1, TE)
+    }
+
+    fn receiving(&self) -> bool {
+        bit(self.cr1, UE) && bit(self.cr1, RE)
+    }
+
+    /// Start bit, data (and parity) bits, stop bits, in cycles of the core.
+    fn character_cycles(&self) -> Cycles {
+        let data = match (bit(self.cr1, 28), bit(self.cr1, 12)) {
+            (true, _) => 7,
+            (false, true) => 9,
+            (false, false) => 8,
+        };
+        let stop = if field(self.cr2, 12, 2) == 2 { 2 } else { 1 };
+        let bits = 1 + data + stop;
+        if self.kernel_hz == 0 || self.brr < 0x300 {
+            return bits * self.core_hz / DEFAULT_BAUD;
+        }
+        const PRESCALERS: [u64; 16] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256];
+        let divisor = 256 * self.kernel_hz / PRESCALERS[self.presc as usize];
+        (bits * u64::from(self.brr) * self.core_hz + divisor / 2) / divisor
+    }
+
+    fn status(&self) -> u32 {
+        let fifo = bit(self.cr1, FIFOEN);
+        let mut status = self.latched;
+        let mut set = |condition: bool, index: u32| status |= u32::from(condition) << index;
+        set(!self.rx.is_empty(), 5);
+        set(self.tx.len() < self.depth(), 7);
+        set(self.arriving.is_some() && self.receiving(), 16);
+        set(self.transmitting(), 21);
+        set(self.receiving(), 22);
+        set(fifo && self.tx.is_empty(), 23);
+        set(fifo && self.rx.len() == FIFO_DEPTH, 24);
+        set(fifo && self.rx.len() >= threshold(field(self.cr3, 25, 3)), 26);
+        set(fifo && FIFO_DEPTH - self.tx.len() >= threshold(field(self.cr3, 29, 3)), 27);
+        status
+    }
+
+    fn write_cr1(&mut self, value: u32, now: Cycles) -> Write {
+        let was_on = bit(self.cr1, UE);
+        self.cr1 = value;
+        if was_on && !bit(value, UE) {
+            self.rx.clear();
+            self.tx.clear();
+            self.shifting = None;
+            self.idle_at = NEVER;
+            self.latched = TC;
+        }
+        self.begin_shift(now);
+        if bit(value, 10) || bit(value, 13) { Err(Unmodelled("parity and mute mode")) } else { Ok(()) }
+    }
+
+    fn transmit(&mut self, character: u8, now: Cycles) {
+        // What is written to a full register or FIFO is lost.
+        if self.tx.len() < self.depth() {
+            self.tx.push_back(character);
+        }
+        self.latched &= !TC;
+        self.begin_shift(now);
+    }
+
+    fn begin_shift(&mut self, now: Cycles) {
+        if self.shifting.is_none()
+            && self.transmitting()
+            && let Some(character) = self.tx.pop_front()
+        {
+            self.shifting = Some((character, now + self.character_cycles()));
+        }
+    }
+
+    fn begin_arrival(&mut self, now: Cycles) {
+        if self.arriving.is_none() && !self.line.is_empty() {
+            self.arriving = Some(now + self.character_cycles());
+            self.idle_at = NEVER;
+        }
+    }
+
+    fn arrive(&mut self, now: Cycles) {
+        let Some(character) = self.line.pop_front() else { return };
+        if !self.receiving() {
+            return;
+        }
+        if self.rx.len() < self.depth() {
+            self.rx.push_back(character);
+        } else if bit(self.cr3, OVRDIS) {
+            self.rx.pop_back();
+            self.rx.push_back(character);
+        } else {
+            self.latched |= ORE;
+        }
+        self.idle_at = now + self.character_cycles();
+    }
+
+    fn receive(&mut self) -> u32 {
+        if let Some(character) = self.rx.pop_front() {
+            self.last_received = character;
+        }
+        u32::from(self.last_received)
+    }
+}
+
+impl Default for Lpuart {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// FIFO thresholds RXFTCFG and TXFTCFG in characters.
+fn threshold(code: u32) -> usize {
+    [1, 2, 4, 6, 7, 8, 8, 8][code as usize]
+}

@@ -1,0 +1,452 @@
+//! Interrupt controller and system control block (ARMv7-M B1.5, B3.2, B3.4), with the chip's 102 interrupts and 16
+//! priority levels.
+//!
+//! Exceptions are numbered as the core numbers them: 2 NMI, 3 HardFault, 11 SVCall, 14 PendSV, 15 SysTick, 16 + n for
+//! interrupt n. Priorities are the values in the registers, lower is more urgent; HardFault is −1, NMI −2, thread mode
+//! 256. Interrupt lines are levels: a line that is still high when its handler returns makes it pending again.
+
+use super::{NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
+
+/// Interrupts of the chip.
+pub const INTERRUPTS: usize = 102;
+/// Exceptions: the core's 16 and the chip's interrupts.
+pub const EXCEPTIONS: usize = 16 + INTERRUPTS;
+
+/// Non-maskable interrupt.
+pub const NMI: usize = 2;
+/// HardFault.
+pub const HARD_FAULT: usize = 3;
+/// MemManage fault.
+pub const MEM_MANAGE: usize = 4;
+/// BusFault.
+pub const BUS_FAULT: usize = 5;
+/// UsageFault.
+pub const USAGE_FAULT: usize = 6;
+/// Supervisor call.
+pub const SV_CALL: usize = 11;
+/// PendSV.
+pub const PEND_SV: usize = 14;
+/// SysTick.
+pub const SYS_TICK: usize = 15;
+
+/// Priority of code that no exception runs: beneath every exception.
+pub const THREAD_PRIORITY: i32 = 256;
+
+/// The core's masks, which live in the processor model.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Masks {
+    /// PRIMASK.
+    pub primask: bool,
+    /// FAULTMASK.
+    pub faultmask: bool,
+    /// BASEPRI.
+    pub basepri: u8,
+}
+
+/// Controller and system control block.
+#[derive(Debug)]
+pub struct Nvic {
+    enabled: u128,
+    pending: u128,
+    active: u128,
+    lines: u128,
+    priorities: [u8; EXCEPTIONS],
+    /// Priority of the most urgent active exception.
+    running_priority: i32,
+    vtor: u32,
+    prigroup: u32,
+    scr: u32,
+    ccr: u32,
+    shcsr: u32,
+    cfsr: u32,
+    hfsr: u32,
+    mmfar: u32,
+    bfar: u32,
+    cpacr: u32,
+    fpccr: u32,
+    fpcar: u32,
+    fpdscr: u32,
+    reset_requested: bool,
+}
+
+impl Default for Nvic {
+    fn default() -> Self {
+        Self {
+            // The core's own exceptions cannot be disabled, but for the three configurable faults (SHCSR).
+            enabled: 0xFFFF & !(1 << MEM_MANAGE | 1 << BUS_FAULT | 1 << USAGE_FAULT),
+            pending: 0,
+            active: 0,
+            lines: 0,
+            priorities: [0; EXCEPTIONS],
+            running_priority: THREAD_PRIORITY,
+            vtor: 0,
+            prigroup: 0,
+            scr: 0,
+            ccr: 0x0000_0200,
+            shcsr: 0,
+            cfsr: 0,
+            hfsr: 0,
+            mmfar: 0,
+            bfar: 0,
+            cpacr: 0,
+            fpccr: 0xC000_0000,
+            fpcar: 0,
+            fpdscr: 0,
+            reset_requested: false,
+        }
+    }
+}
+
+impl Nvic {
+    /// Reads `size` bytes of the system control space, by offset from 0xE000_E000.
+    pub fn read(&self, offset: u32, size: u32) -> Read {
+        let word = self.read_word(offset & !3)?;
+        Ok(word >> (8 * (offset & 3)) & (u32::MAX >> (32 - 8 * size)))
+    }
+
+    /// Writes `size` bytes of the system control space. Priorities may be written by byte, all else by word.
+    pub fn write(&mut self, offset: u32, value: u32, size: u32) -> Write {
+        match offset {
+            0x400..=0x4EF => self.write_priorities(16 + (offset - 0x400) as usize, value, size),
+            0xD18..=0xD23 => self.write_priorities(4 + (offset - 0xD18) as usize, value, size),
+            _ if size == 4 => return self.write_word(offset, value),
+            _ => return Err(Unmodelled("write of less than a word")),
+        }
+        Ok(())
+    }
+
+    /// Sets the level of interrupt line `number`; a rising line makes the interrupt pending.
+    pub fn set_line(&mut self, number: usize, high: bool) {
+        let mask = 1 << (16 + number);
+        if high {
+            self.pending |= mask & !self.lines;
+            self.lines |= mask;
+        } else {
+            self.lines &= !mask;
+        }
+    }
+
+    /// Makes an exception pending.
+    pub fn pend(&mut self, exception: usize) {
+        self.pending |= 1 << exception;
+    }
+
+    /// Whether an enabled exception is pending that is more urgent than what runs, leaving masks aside.
+    pub fn may_preempt(&self) -> bool {
+        self.pending & self.enabled != 0 && self.most_urgent().is_some_and(|(_, group)| group < self.running_priority)
+    }
+
+    /// Whether any exception is pending, enabled or not (for SEVONPEND).
+    pub fn any_pending(&self) -> bool {
+        self.pending != 0
+    }
+
+    /// The exception that must be taken now, if any.
+    pub fn to_take(&self, masks: Masks) -> Option<usize> {
+        if self.pending & self.enabled == 0 {
+            return None;
+        }
+        let (exception, group) = self.most_urgent()?;
+        (group < self.masked_priority(masks)).then_some(exception)
+    }
+
+    /// The priority below which an exception must be to be taken: the running one's, boosted by the masks.
+    pub fn masked_priority(&self, masks: Masks) -> i32 {
+        let mut priority = self.running_priority;
+        if masks.basepri != 0 {
+            priority = priority.min(self.group(masks.basepri));
+        }
+        if masks.primask {
+            priority = priority.min(0);
+        }
+        if masks.faultmask {
+            priority = priority.min(-1);
+        }
+        priority
+    }
+
+    /// Whether a fault exception of this number can be taken at the current priority, or escalates to HardFault.
+    pub fn can_take_fault(&self, fault: usize, masks: Masks) -> bool {
+        bit128(self.enabled, fault) && self.group_priority(fault) < self.masked_priority(masks)
+    }
+
+    /// An exception is entered.
+    pub fn activate(&mut self, exception: usize) {
+        self.pending &= !(1 << exception);
+        self.active |= 1 << exception;
+        self.recompute_running();
+    }
+
+    /// An exception is returned from.
+    pub fn deactivate(&mut self, exception: usize) {
+        self.active &= !(1 << exception);
+        self.pending |= self.lines & (1 << exception);
+        self.recompute_running();
+    }
+
+    /// Whether an exception is active.
+    pub fn is_active(&self, exception: usize) -> bool {
+        bit128(self.active, exception)
+    }
+
+    /// Whether more than one exception is active.
+    pub fn nested(&self) -> bool {
+        self.active & (self.active.wrapping_sub(1)) != 0
+    }
+
+    /// Whether no exception is active.
+    pub fn idle(&self) -> bool {
+        self.active == 0
+    }
+
+    /// Priority of the most urgent active exception.
+    pub fn running_priority(&self) -> i32 {
+        self.running_priority
+    }
+
+    /// Base address of the vector table.
+    pub fn vector_table(&self) -> u32 {
+        self.vtor
+    }
+
+    /// CCR.STKALIGN: whether exception frames are aligned to eight bytes.
+    pub fn aligns_frames(&self) -> bool {
+        bit(self.ccr, 9)
+    }
+
+    /// SCR.SLEEPONEXIT.
+    pub fn sleeps_on_exit(&self) -> bool {
+        bit(self.scr, 1)
+    }
+
+    /// SCR.SEVONPEND.
+    pub fn event_on_pend(&self) -> bool {
+        bit(self.scr, 4)
+    }
+
+    /// Whether the floating-point unit is switched on (CPACR).
+    pub fn fpu_on(&self) -> bool {
+        field(self.cpacr, 20, 4) == 0xF
+    }
+
+    /// Whether the floating-point context is saved on exception entry (FPCCR.ASPEN).
+    pub fn saves_fp_context(&self) -> bool {
+        bit(self.fpccr, 31)
+    }
+
+    /// FPDSCR, the default for FPSCR in a new floating-point context.
+    pub fn default_fpscr(&self) -> u32 {
+        self.fpdscr
+    }
+
+    /// Adds fault status: bits of CFSR, and where they concern an address, MMFAR or BFAR.
+    pub fn note_fault(&mut self, cfsr: u32, address: Option<u32>) {
+        self.cfsr |= cfsr;
+        if let Some(address) = address {
+            if cfsr & 0x80 != 0 {
+                self.mmfar = address;
+            } else {
+                self.bfar = address;
+            }
+        }
+    }
+
+    /// Adds bits of HFSR.
+    pub fn note_hard_fault(&mut self, hfsr: u32) {
+        self.hfsr |= hfsr;
+    }
+
+    /// Collects a reset request (AIRCR.SYSRESETREQ).
+    pub fn take_reset_request(&mut self) -> bool {
+        std::mem::take(&mut self.reset_requested)
+    }
+
+    fn most_urgent(&self) -> Option<(usize, i32)> {
+        let mut candidates = self.pending & self.enabled;
+        let mut best: Option<(usize, (i32, i32))> = None;
+        while candidates != 0 {
+            let exception = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            // Within a group the sub-priority decides, then the number.
+            let key = (self.group_priority(exception), self.priority(exception));
+            if best.is_none_or(|(_, least)| key < least) {
+                best = Some((exception, key));
+            }
+        }
+        best.map(|(exception, (group, _))| (exception, group))
+    }
+
+    fn priority(&self, exception: usize) -> i32 {
+        match exception {
+            NMI => -2,
+            HARD_FAULT => -1,
+            _ => i32::from(self.priorities[exception]),
+        }
+    }
+
+    fn group_priority(&self, exception: usize) -> i32 {
+        match exception {
+            NMI | HARD_FAULT => self.priority(exception),
+            _ => self.group(self.priorities[exception]),
+        }
+    }
+
+    /// The part of a priority that decides about pre-emption (AIRCR.PRIGROUP).
+    fn group(&self, priority: u8) -> i32 {
+        i32::from(priority) & !((2 << self.prigroup) - 1)
+    }
+
+    fn recompute_running(&mut self) {
+        let mut active = self.active;
+        self.running_priority = THREAD_PRIORITY;
+        while active != 0 {
+            let exception = active.trailing_zeros() as usize;
+            active &= active - 1;
+            self.running_priority = self.running_priority.min(self.group_priority(exception));
+        }
+    }
+
+    /// Four of eight bits of each priority exist.
+    fn write_priorities(&mut self, first: usize, value: u32, size: u32) {
+        let bytes = value.to_le_bytes();
+        for (priority, byte) in self.priorities.iter_mut().skip(first).zip(&bytes[..size as usize]) {
+            *priority = byte & 0xF0;
+        }
+        self.recompute_running();
+    }
+
+    fn read_word(&self, offset: u32) -> Read {
+        let interrupts = |set: u128, base: u32| (set >> (16 + 8 * (offset - base))) as u32;
+        let priorities = |first: usize| {
+            u32::from_le_bytes(std::array::from_fn(|i| self.priorities.get(first + i).copied().unwrap_or(0)))
+        };
+        Ok(match offset {
+            0x004 => 3, // ICTR: up to 128 interrupts
+            0x008 => 0,
+            0x100..=0x10C => interrupts(self.enabled, 0x100),
+            0x180..=0x18C => interrupts(self.enabled, 0x180),
+            0x200..=0x20C => interrupts(self.pending, 0x200),
+            0x280..=0x28C => interrupts(self.pending, 0x280),
+            0x300..=0x30C => interrupts(self.active, 0x300),
+            0x400..=0x4EC => priorities(16 + (offset - 0x400) as usize),
+            0xD00 => 0x410F_C241, // CPUID: Cortex-M4 r0p1
+            0xD04 => self.icsr(),
+            0xD08 => self.vtor,
+            0xD0C => 0xFA05_0000 | self.prigroup << 8,
+            0xD10 => self.scr,
+            0xD14 => self.ccr,
+            0xD18..=0xD20 => priorities(4 + (offset - 0xD18) as usize),
+            0xD24 => self.read_shcsr(),
+            0xD28 => self.cfsr,
+            0xD2C => self.hfsr,
+            0xD30 | 0xD3C => 0,
+            0xD34 => self.mmfar,
+            0xD38 => self.bfar,
+            0xD88 => self.cpacr,
+            0xD90 => 0x0000_0800, // MPU_TYPE: eight regions
+            0xDF0 => 0,           // DHCSR: no debugger attached
+            0xF34 => self.fpccr,
+            0xF38 => self.fpcar,
+            0xF3C => self.fpdscr,
+            0xF40 => 0x1011_0021,
+            0xF44 => 0x1100_0011,
+            0xF48 => 0x0000_0040,
+            _ => return Err(NO_SUCH_REGISTER),
+        })
+    }
+
+    fn write_word(&mut self, offset: u32, value: u32) -> Write {
+        let interrupts = |base: u32| u128::from(value) << (16 + 8 * (offset - base)) & ((1 << EXCEPTIONS) - 1);
+        match offset {
+            0x008 => {}
+            0x100..=0x10C => self.enabled |= interrupts(0x100),
+            0x180..=0x18C => self.enabled &= !interrupts(0x180),
+            0x200..=0x20C => self.pending |= interrupts(0x200),
+            // A pending state that a high line made comes back at once.
+            0x280..=0x28C => self.pending &= !(interrupts(0x280) & !(self.lines & !self.active)),
+            0xD04 => self.write_icsr(value),
+            0xD08 => self.vtor = value & 0xFFFF_FF80,
+            0xD0C if value >> 16 == 0x05FA => {
+                self.prigroup = field(value, 8, 3);
+                self.reset_requested |= bit(value, 2);
+                self.recompute_running();
+            }
+            0xD0C => {}
+            0xD10 => self.scr = value & 0x16,
+            0xD14 => self.ccr = value,
+            0xD24 => self.write_shcsr(value),
+            0xD28 => self.cfsr &= !value,
+            0xD2C => self.hfsr &= !value,
+            0xD34 => self.mmfar = value,
+            0xD38 => self.bfar = value,
+            0xD88 => self.cpacr = value & 0x00F0_0000,
+            0xD94 if value & 1 != 0 => return Err(Unmodelled("memory protection unit")),
+            0xD94..=0xDB8 => {}
+            0xF00 => self.pend(16 + field(value, 0, 9) as usize % INTERRUPTS),
+            0xF34 => self.fpccr = value & 0xC000_0000,
+            0xF38 => self.fpcar = value,
+            0xF3C => self.fpdscr = value & 0x07C0_0000,
+            _ => return Err(NO_SUCH_REGISTER),
+        }
+        if offset == 0xD10 && bit(value, 2) { Err(Unmodelled("deep sleep")) } else { Ok(()) }
+    }
+
+    fn icsr(&self) -> u32 {
+        let active = if self.active == 0 { 0 } else { self.vect_active() };
+        let pending = self.most_urgent().map_or(0, |(exception, _)| exception as u32);
+        let flag = |exception: usize, index: u32| u32::from(bit128(self.pending, exception)) << index;
+        active
+            | u32::from(!self.nested()) << 11
+            | pending << 12
+            | u32::from(self.pending >> 16 != 0) << 22
+            | flag(SYS_TICK, 26)
+            | flag(PEND_SV, 28)
+            | flag(NMI, 31)
+    }
+
+    /// The exception that runs: the most urgent active one.
+    pub fn vect_active(&self) -> u32 {
+        (0..EXCEPTIONS)
+            .filter(|&exception| bit128(self.active, exception))
+            .min_by_key(|&exception| self.group_priority(exception))
+            .unwrap_or(0) as u32
+    }
+
+    fn write_icsr(&mut self, value: u32) {
+        let mut apply = |set: u32, clear: Option<u32>, exception: usize| {
+            if bit(value, set) {
+                self.pending |= 1 << exception;
+            }
+            if clear.is_some_and(|clear| bit(value, clear)) {
+                self.pending &= !(1 << exception);
+            }
+        };
+        apply(31, None, NMI);
+        apply(28, Some(27), PEND_SV);
+        apply(26, Some(25), SYS_TICK);
+    }
+
+    /// Fault enables are kept in `enabled`; active and pending bits follow from the sets.
+    fn read_shcsr(&self) -> u32 {
+        let of = |set: u128, exception: usize, index: u32| u32::from(bit128(set, exception)) << index;
+        of(self.active, MEM_MANAGE, 0)
+            | of(self.active, BUS_FAULT, 1)
+            | of(self.active, USAGE_FAULT, 3)
+            | of(self.active, SV_CALL, 7)
+            | of(self.active, PEND_SV, 10)
+            | of(self.active, SYS_TICK, 11)
+            | of(self.pending, SV_CALL, 15)
+            | self.shcsr
+    }
+
+    fn write_shcsr(&mut self, value: u32) {
+        self.shcsr = value & 0x0007_0000;
+        for (index, fault) in [(16, MEM_MANAGE), (17, BUS_FAULT), (18, USAGE_FAULT)] {
+            self.enabled = (self.enabled & !(1 << fault)) | u128::from(bit(value, index)) << fault;
+        }
+    }
+}
+
+fn bit128(set: u128, index: usize) -> bool {
+    set & (1 << index) != 0
+}

@@ -1,0 +1,292 @@
+//! Reset and clock control (RM0440 chapter 7): oscillators, PLL, prescalers, gating, peripheral resets, reset causes.
+//!
+//! ```text
+//! f_VCO = f_source / M · N      SYSCLK = HSI16, HSE or f_VCO / R      HCLK = SYSCLK / HPRE
+//! ```
+//!
+//! The board's crystal is 24 MHz. Oscillators become ready after the typical start-up times of the data sheet
+//! (DS12288); a switch of the system clock waits for its source. Clock security and oscillator interrupts are not
+//! modelled.
+
+use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
+
+/// Frequency of the high-speed internal oscillator, Hz.
+pub const HSI_HZ: u32 = 16_000_000;
+/// Frequency of the board's crystal, Hz.
+pub const HSE_HZ: u32 = 24_000_000;
+const LSE_HZ: u32 = 32_768;
+
+const REGISTERS: usize = 0xA0 / 4;
+const CR: usize = 0x00 / 4;
+const CFGR: usize = 0x08 / 4;
+const PLLCFGR: usize = 0x0C / 4;
+const AHB1ENR: usize = 0x48 / 4;
+const CCIPR: usize = 0x88 / 4;
+const BDCR: usize = 0x90 / 4;
+const CSR: usize = 0x94 / 4;
+const CRRCR: usize = 0x98 / 4;
+
+/// The oscillators, by the register and bit that switches each on, and how long it takes to start, s.
+const OSCILLATORS: [(usize, u32, u32, f64); 6] = [
+    (CR, 8, 10, 1.0e-6),   // HSI16
+    (CR, 16, 17, 2.0e-3),  // HSE
+    (CR, 24, 25, 15.0e-6), // PLL
+    (CSR, 0, 1, 130.0e-6), // LSI
+    (BDCR, 0, 1, 2.0),     // LSE
+    (CRRCR, 0, 1, 3.0e-6), // HSI48
+];
+const HSI: usize = 0;
+const HSE: usize = 1;
+const PLL: usize = 2;
+const HSI48: usize = 5;
+
+/// Why the chip was reset; the bit of RCC_CSR that says so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResetCause {
+    /// Power came on (BORRSTF; every reset also sets PINRSTF).
+    PowerOn,
+    /// SYSRESETREQ (SFTRSTF).
+    Software,
+    /// The independent watchdog (IWDGRSTF).
+    IndependentWatchdog,
+    /// Reloading of the option bytes (OBLRSTF).
+    OptionBytes,
+}
+
+impl ResetCause {
+    fn flags(self) -> u32 {
+        let pin = 1 << 26;
+        pin | match self {
+            Self::PowerOn => 1 << 27,
+            Self::Software => 1 << 28,
+            Self::IndependentWatchdog => 1 << 29,
+            Self::OptionBytes => 1 << 25,
+        }
+    }
+}
+
+/// Which source the system clock comes from in the end: it decides how wrong the clock is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The internal RC oscillator, good to about 1 %.
+    Internal,
+    /// The board's crystal.
+    Crystal,
+}
+
+/// Nominal frequencies of the clock tree, Hz; zero is a clock that does not run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Clocks {
+    /// Where the system clock comes from.
+    pub source: Source,
+    /// Core and buses.
+    pub hclk: u32,
+    /// Timers on bus APB1.
+    pub apb1_timers: u32,
+    /// Timers on bus APB2.
+    pub apb2_timers: u32,
+    /// Kernel clock of LPUART1.
+    pub lpuart1: u32,
+    /// Kernel clock of ADC1 and ADC2.
+    pub adc12: u32,
+    /// Kernel clock of ADC3, ADC4 and ADC5.
+    pub adc345: u32,
+}
+
+/// The controller.
+#[derive(Debug)]
+pub struct Rcc {
+    registers: [u32; REGISTERS],
+    ready_at: [Cycles; OSCILLATORS.len()],
+    core_hz: f64,
+}
+
+impl Rcc {
+    /// The controller after a reset for the given cause.
+    pub fn new(cause: ResetCause) -> Self {
+        let mut registers = [0; REGISTERS];
+        registers[CR] = 0x0000_0100;
+        registers[0x04 / 4] = 0x4000_0000;
+        registers[CFGR] = 0x0000_0005;
+        registers[PLLCFGR] = 0x0000_1000;
+        registers[AHB1ENR] = 0x0000_0100;
+        registers[CSR] = cause.flags();
+        let mut ready_at = [NEVER; OSCILLATORS.len()];
+        ready_at[HSI] = 0;
+        Self { registers, ready_at, core_hz: f64::from(HSI_HZ) }
+    }
+
+    /// The controller after a warm reset: causes of earlier resets stay until the firmware removes them.
+    pub fn reset(&mut self, cause: ResetCause) {
+        let earlier = self.registers[CSR] & 0xFE00_0000;
+        *self = Self::new(cause);
+        self.registers[CSR] |= earlier;
+    }
+
+    /// Tells how fast the core runs, for the start-up times of oscillators.
+    pub fn set_core_clock(&mut self, core_hz: f64) {
+        self.core_hz = core_hz;
+    }
+
+    /// Reads a register.
+    pub fn read(&mut self, offset: u32, now: Cycles) -> Read {
+        self.settle(now);
+        let index = offset as usize / 4;
+        match offset {
+            0x1C | 0x20 => Ok(0),
+            _ => self.registers.get(index).map(|value| value | self.ready_bits(index, now)).ok_or(NO_SUCH_REGISTER),
+        }
+    }
+
+    /// Writes a register.
+    pub fn write(&mut self, offset: u32, value: u32, now: Cycles) -> Write {
+        self.settle(now);
+        let index = offset as usize / 4;
+        let old = *self.registers.get(index).ok_or(NO_SUCH_REGISTER)?;
+        let value = value & !ready_mask(index);
+        self.registers[index] = match index {
+            CFGR => (value & !0xC) | (old & 0xC),
+            PLLCFGR if self.pll_locked(old, value) => return Err(Unmodelled("change of a running PLL")),
+            CSR if bit(value, 23) => value & 1,
+            CSR => (old & 0xFE00_0000) | (value & 1),
+            _ => value,
+        };
+        self.switch_oscillators(index, old, now);
+        self.settle(now);
+        match offset {
+            0x18 if value != 0 => Err(Unmodelled("interrupts of oscillators")),
+            0x00 if bit(value, 19) => Err(Unmodelled("clock security system")),
+            _ => Ok(()),
+        }
+    }
+
+    /// The clock tree as it is now.
+    pub fn clocks(&self) -> Clocks {
+        let cfgr = self.registers[CFGR];
+        let (system, source) = match field(cfgr, 2, 2) {
+            2 => (HSE_HZ, Source::Crystal),
+            3 => (self.pll_output(24, 25), self.pll_source()),
+            _ => (HSI_HZ, Source::Internal),
+        };
+        let hclk = system / ahb_divider(field(cfgr, 4, 4));
+        let (apb1, apb2) = (apb_divider(field(cfgr, 8, 3)), apb_divider(field(cfgr, 11, 3)));
+        // Timers run at twice a divided bus clock (RM0440 7.2.14).
+        let timers = |divider: u32| if divider == 1 { hclk } else { 2 * hclk / divider };
+        let ccipr = self.registers[CCIPR];
+        let adc = |selection| match selection {
+            1 => self.pll_p_output(),
+            2 => system,
+            _ => 0,
+        };
+        Clocks {
+            source,
+            hclk,
+            apb1_timers: timers(apb1),
+            apb2_timers: timers(apb2),
+            lpuart1: [hclk / apb1, system, HSI_HZ, LSE_HZ][field(ccipr, 10, 2) as usize],
+            adc12: adc(field(ccipr, 28, 2)),
+            adc345: adc(field(ccipr, 30, 2)),
+        }
+    }
+
+    /// Whether bit `index` of the enable register at `offset` is set: a peripheral without clock cannot be accessed.
+    pub fn enabled(&self, offset: u32, index: u32) -> bool {
+        bit(self.registers[offset as usize / 4], index)
+    }
+
+    /// Whether the 48 MHz oscillator runs.
+    pub fn hsi48_ready(&self, now: Cycles) -> bool {
+        now >= self.ready_at[HSI48]
+    }
+
+    /// A system clock switch waits for its source; so does its effect.
+    fn settle(&mut self, now: Cycles) {
+        let wanted = field(self.registers[CFGR], 0, 2);
+        let source = [None, Some(HSI), Some(HSE), Some(PLL)][wanted as usize];
+        let pll_output_off = wanted == 3 && !bit(self.registers[PLLCFGR], 24);
+        if source.is_some_and(|source| now >= self.ready_at[source]) && !pll_output_off {
+            self.registers[CFGR] = (self.registers[CFGR] & !0xC) | (wanted << 2);
+        }
+    }
+
+    fn switch_oscillators(&mut self, index: usize, old: u32, now: Cycles) {
+        for (oscillator, &(register, on, _, start_s)) in OSCILLATORS.iter().enumerate() {
+            if register != index {
+                continue;
+            }
+            let in_use = [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
+            if in_use == Some(oscillator) && bit(old, on) {
+                self.registers[index] |= 1 << on; // the clock in use cannot be switched off
+            } else if bit(self.registers[index] & !old, on) {
+                self.ready_at[oscillator] = now + (start_s * self.core_hz) as Cycles;
+            } else if !bit(self.registers[index], on) {
+                self.ready_at[oscillator] = NEVER;
+            }
+        }
+    }
+
+    fn ready_bits(&self, index: usize, now: Cycles) -> u32 {
+        OSCILLATORS
+            .iter()
+            .zip(&self.ready_at)
+            .filter(|((register, ..), ready_at)| *register == index && now >= **ready_at)
+            .fold(0, |bits, ((_, _, ready, _), _)| bits | 1 << ready)
+    }
+
+    /// The PLL's factors may change only while it is off; its outputs may be switched at any time.
+    fn pll_locked(&self, old: u32, value: u32) -> bool {
+        const OUTPUTS: u32 = 1 << 16 | 1 << 20 | 1 << 24;
+        bit(self.registers[CR], 24) && (old ^ value) & !OUTPUTS != 0
+    }
+
+    fn pll_source(&self) -> Source {
+        if field(self.registers[PLLCFGR], 0, 2) == 3 { Source::Crystal } else { Source::Internal }
+    }
+
+    fn vco_hz(&self) -> u64 {
+        let pllcfgr = self.registers[PLLCFGR];
+        let input = match field(pllcfgr, 0, 2) {
+            2 => HSI_HZ,
+            3 => HSE_HZ,
+            _ => 0,
+        };
+        u64::from(input) * u64::from(field(pllcfgr, 8, 7)) / u64::from(field(pllcfgr, 4, 4) + 1)
+    }
+
+    /// Output Q or R: enable bit, and the lowest bit of the two that divide by 2, 4, 6 or 8.
+    fn pll_output(&self, enable: u32, divider: u32) -> u32 {
+        let pllcfgr = self.registers[PLLCFGR];
+        let divider = u64::from(2 * (field(pllcfgr, divider, 2) + 1));
+        if bit(pllcfgr, enable) { (self.vco_hz() / divider) as u32 } else { 0 }
+    }
+
+    fn pll_p_output(&self) -> u32 {
+        let pllcfgr = self.registers[PLLCFGR];
+        let divider = match (field(pllcfgr, 27, 5), bit(pllcfgr, 17)) {
+            (0, false) => 7,
+            (0, true) => 17,
+            (divider, _) => u64::from(divider),
+        };
+        if bit(pllcfgr, 16) { (self.vco_hz() / divider) as u32 } else { 0 }
+    }
+}
+
+/// The bits of a register that only the hardware sets.
+fn ready_mask(index: usize) -> u32 {
+    OSCILLATORS
+        .iter()
+        .filter(|(register, ..)| *register == index)
+        .fold(0, |bits, (_, _, ready, _)| bits | 1 << ready)
+}
+
+fn ahb_divider(code: u32) -> u32 {
+    match code {
+        0..=7 => 1,
+        8..=11 => 2 << (code - 8),
+        _ => 64 << (code - 12),
+    }
+}
+
+fn apb_divider(code: u32) -> u32 {
+    if code < 4 { 1 } else { 2 << (code - 4) }
+}
