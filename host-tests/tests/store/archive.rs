@@ -1,0 +1,105 @@
+//! The archive while the power lasts.
+
+use embassy_futures::block_on;
+use hexsense::store::{Archive, ArchiveError, CoefficientSet, RecordError, Stored};
+
+use crate::nor_flash::{Nor, PAGE};
+use crate::sets::{encoded, numbered};
+
+/// Pages that the board gives to the archive.
+const PAGES: usize = 8;
+
+fn append(nor: &mut Nor, number: u32) -> Stored {
+    let range = nor.range();
+    let mut archive = Archive::new(nor, range).unwrap();
+    block_on(archive.append(&encoded(&numbered(number)))).unwrap()
+}
+
+fn newest(nor: &mut Nor) -> Option<Stored> {
+    let range = nor.range();
+    block_on(Archive::new(nor, range).unwrap().newest()).unwrap()
+}
+
+#[test]
+fn an_empty_archive_has_no_set_and_reading_it_changes_nothing() {
+    let mut nor = Nor::new(PAGES);
+    assert_eq!(newest(&mut nor), None);
+    assert_eq!(nor.operations, 0);
+}
+
+#[test]
+fn the_last_set_appended_is_the_newest_however_many_came_before() {
+    let mut nor = Nor::new(PAGES);
+    for number in 1..=100 {
+        let expected = Stored {
+            sequence: number,
+            id: CoefficientSet::id_of(&encoded(&numbered(number))),
+            set: numbered(number),
+        };
+        assert_eq!(append(&mut nor, number), expected);
+        assert_eq!(newest(&mut nor), Some(expected));
+    }
+}
+
+#[test]
+fn pages_wear_evenly_and_slowly() {
+    let mut nor = Nor::new(PAGES);
+    for number in 1..=320 {
+        append(&mut nor, number);
+    }
+    let (least, most) = (nor.erasures.iter().min(), nor.erasures.iter().max());
+    // Four sets to a page: 320 appends fill 80 pages, ten times each of the eight.
+    assert!(least >= Some(&9) && most <= Some(&10), "{:?}", nor.erasures);
+}
+
+#[test]
+fn bytes_that_are_no_set_are_refused_and_nothing_is_written() {
+    let mut nor = Nor::new(PAGES);
+    append(&mut nor, 1);
+    let (before, operations) = (newest(&mut nor), nor.operations);
+    let mut damaged = encoded(&numbered(2));
+    damaged[40] ^= 1;
+    let range = nor.range();
+    let mut archive = Archive::new(&mut nor, range).unwrap();
+    for bytes in [&damaged[..], &[], &[0; 600]] {
+        let refused = block_on(archive.append(bytes));
+        let expected = CoefficientSet::decode(bytes).unwrap_err();
+        assert_eq!(refused, Err(ArchiveError::Record(expected)));
+    }
+    assert!(matches!(
+        block_on(archive.append(&damaged)),
+        Err(ArchiveError::Record(RecordError::Checksum { .. }))
+    ));
+    assert_eq!((newest(&mut nor), nor.operations), (before, operations));
+}
+
+#[test]
+fn a_range_that_cannot_hold_eight_sets_is_refused() {
+    let page = PAGE as u32;
+    let ranges = [
+        0..0,
+        0..page,
+        0..2 * page,
+        1..8 * page,
+        0..8 * page - 8,
+        8 * page..0,
+    ];
+    for range in ranges {
+        let refused = Archive::new(Nor::new(PAGES), range.clone()).err();
+        assert_eq!(refused, Some(ArchiveError::Range), "{range:?}");
+    }
+}
+
+#[test]
+fn the_smallest_range_that_is_accepted_never_fills_up() {
+    let accepted = |pages: &usize| {
+        let nor = Nor::new(*pages);
+        let range = nor.range();
+        Archive::new(nor, range).is_ok()
+    };
+    let pages = (1..=PAGES).find(accepted).unwrap();
+    let mut nor = Nor::new(pages);
+    for number in 1..=100 {
+        assert_eq!(append(&mut nor, number).sequence, number);
+    }
+}

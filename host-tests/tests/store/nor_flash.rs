@@ -1,0 +1,213 @@
+//! Flash as the STM32G474 has it, with a switch that cuts its power.
+//!
+//! Pages of 2 KiB are erased whole; double words of 8 bytes are programmed once after each erasure, except that a
+//! word may always be programmed to zero (RM0440, 3.3.7). One operation is one erased page or one programmed word.
+//! The operation that is under way when the power goes leaves what [`Torn`] says.
+
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub const WORD: usize = 8;
+pub const PAGE: usize = 2_048;
+const ERASED: u8 = 0xFF;
+
+/// What the operation leaves that was under way when the power went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Torn {
+    /// What was there before.
+    Nothing,
+    /// All it should.
+    Everything,
+    /// Bits that had to change may have changed or not, each by itself.
+    SomeBits,
+    /// A programmed word holds anything. Of a page, the start is erased, one word holds anything, the rest is as
+    /// before.
+    Garbage,
+    /// Each word of a page is as before, erased, or holds anything, or what looks like the start of a stored item.
+    Patchwork,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    PowerLost,
+    Unaligned,
+    OutOfRange,
+    /// A word was programmed that was not erased.
+    NotErased,
+}
+
+impl NorFlashError for Fault {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Unaligned => NorFlashErrorKind::NotAligned,
+            Self::OutOfRange => NorFlashErrorKind::OutOfBounds,
+            Self::PowerLost | Self::NotErased => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+#[derive(Clone)]
+pub struct Nor {
+    bytes: Vec<u8>,
+    /// Operations begun since the flash was made.
+    pub operations: u32,
+    /// Erasures of each page.
+    pub erasures: Vec<u32>,
+    /// The operation, counted from the next one as 0, that the power does not last for.
+    cut: Option<(u32, Torn)>,
+    powered: bool,
+    /// Whether a word that cannot be programmed is reported. The driver's asynchronous form loses that error.
+    pub reports: bool,
+    random: ChaCha8Rng,
+}
+
+impl Nor {
+    pub fn new(pages: usize) -> Self {
+        Self {
+            bytes: vec![ERASED; pages * PAGE],
+            operations: 0,
+            erasures: vec![0; pages],
+            cut: None,
+            powered: true,
+            reports: true,
+            random: ChaCha8Rng::seed_from_u64(1),
+        }
+    }
+
+    pub fn range(&self) -> std::ops::Range<u32> {
+        0..self.bytes.len() as u32
+    }
+
+    /// Lets `operations` more operations pass and cuts the power in the one after them.
+    pub fn cut_after(&mut self, operations: u32, torn: Torn, seed: u64) {
+        self.cut = Some((operations, torn));
+        self.random = ChaCha8Rng::seed_from_u64(seed);
+    }
+
+    /// Switches the power on again, and forgets a cut that has not come. Returns whether the power had gone.
+    pub fn power_on(&mut self) -> bool {
+        self.cut = None;
+        !std::mem::replace(&mut self.powered, true)
+    }
+
+    /// Carries out the change of `bytes` to `target`, unless the power goes.
+    fn operate(&mut self, start: usize, target: &[u8]) -> Result<(), Fault> {
+        self.operations += 1;
+        let place = start..start + target.len();
+        match self.cut.as_mut() {
+            None => {}
+            Some((left @ 1.., _)) => *left -= 1,
+            Some((0, torn)) => {
+                let left = torn_bytes(&self.bytes[place.clone()], target, *torn, &mut self.random);
+                self.bytes[place].copy_from_slice(&left);
+                self.powered = false;
+                return Err(Fault::PowerLost);
+            }
+        }
+        self.bytes[place].copy_from_slice(target);
+        Ok(())
+    }
+
+    fn check(&self, start: u32, length: usize, unit: usize) -> Result<usize, Fault> {
+        let start = start as usize;
+        if !self.powered {
+            Err(Fault::PowerLost)
+        } else if !start.is_multiple_of(unit) || !length.is_multiple_of(unit) {
+            Err(Fault::Unaligned)
+        } else if start + length > self.bytes.len() {
+            Err(Fault::OutOfRange)
+        } else {
+            Ok(start)
+        }
+    }
+}
+
+fn torn_bytes(before: &[u8], target: &[u8], torn: Torn, random: &mut ChaCha8Rng) -> Vec<u8> {
+    let edge = random.random_range(0..before.len() / WORD);
+    let words = before.chunks(WORD).zip(target.chunks(WORD)).enumerate();
+    words
+        .flat_map(|(index, (before, target))| {
+            let anything: [u8; WORD] = random.random();
+            let pick: [u8; WORD] = random.random();
+            let choice = random.random_range(0..4);
+            let item = item_header(random.random_range(0..PAGE as u16), anything);
+            (0..WORD).map(move |byte| match (torn, index.cmp(&edge), choice) {
+                (Torn::Nothing, _, _) => before[byte],
+                (Torn::Everything, _, _) => target[byte],
+                (Torn::SomeBits, _, _) => {
+                    (before[byte] & pick[byte]) | (target[byte] & !pick[byte])
+                }
+                (Torn::Garbage, std::cmp::Ordering::Less, _) => target[byte],
+                (Torn::Garbage, std::cmp::Ordering::Equal, _) => anything[byte],
+                (Torn::Garbage, std::cmp::Ordering::Greater, _) => before[byte],
+                (Torn::Patchwork, _, 0) => before[byte],
+                (Torn::Patchwork, _, 1) => target[byte],
+                (Torn::Patchwork, _, 2) => anything[byte],
+                (Torn::Patchwork, _, _) => item[byte],
+            })
+        })
+        .collect()
+}
+
+/// What sequential-storage takes for the header of an item of this length: | anything u32 | length u16 | its CRC |.
+fn item_header(length: u16, mut anything: [u8; WORD]) -> [u8; WORD] {
+    let length = length.to_le_bytes();
+    let crc = !length.iter().fold(!0_u16, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0x1A2E * (crc & 1))
+        })
+    });
+    anything[4..6].copy_from_slice(&length);
+    anything[6..].copy_from_slice(&crc.to_le_bytes());
+    anything
+}
+
+impl ErrorType for Nor {
+    type Error = Fault;
+}
+
+impl ReadNorFlash for Nor {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
+        let start = self.check(offset, bytes.len(), Self::READ_SIZE)?;
+        bytes.copy_from_slice(&self.bytes[start..start + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Nor {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
+        let length = to.checked_sub(from).ok_or(Fault::OutOfRange)? as usize;
+        let start = self.check(from, length, PAGE)?;
+        for page in (start..start + length).step_by(PAGE) {
+            self.erasures[page / PAGE] += 1;
+            self.operate(page, &[ERASED; PAGE])?;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
+        let mut start = self.check(offset, bytes.len(), WORD)?;
+        for word in bytes.chunks(WORD) {
+            let erased = self.bytes[start..start + WORD] == [ERASED; WORD];
+            if erased || word == [0; WORD] {
+                self.operate(start, word)?;
+            } else if self.reports {
+                return Err(Fault::NotErased);
+            }
+            start += WORD;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,169 @@
+//! The power goes in every operation of an append: the old set or the new one is active afterwards, whole.
+
+use embassy_futures::block_on;
+use hexsense::store::{Archive, Stored};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::nor_flash::{Nor, Torn};
+use crate::sets::{encoded, numbered};
+
+/// Pages that the board gives to the archive.
+const PAGES: usize = 8;
+
+fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
+    let range = nor.range();
+    let mut archive = Archive::new(nor, range).unwrap();
+    block_on(archive.append(&encoded(&numbered(number)))).ok()
+}
+
+fn newest(nor: &mut Nor) -> Option<Stored> {
+    let range = nor.range();
+    let mut archive = Archive::new(nor, range).unwrap();
+    block_on(archive.newest()).expect("an archive can be read after any power cut")
+}
+
+/// Appends set `number` to `nor` with the power going as arranged; checks what is there afterwards, and that the next
+/// append works. Returns whether the power had gone.
+fn survive(nor: &mut Nor, number: u32, case: &str) -> bool {
+    let old = newest_undisturbed(nor);
+    let appended = append(nor, number);
+    let cut = nor.power_on();
+    assert_eq!(
+        appended.is_none(),
+        cut,
+        "{case}: an append fails only when the power goes"
+    );
+    let found = newest(nor);
+    let is_new = found
+        .as_ref()
+        .is_some_and(|found| found.set == numbered(number));
+    assert!(
+        found == old || is_new,
+        "{case}: had {old:?}, found {found:?}"
+    );
+    assert!(cut || is_new, "{case}: a completed append is the newest");
+    cut
+}
+
+/// The newest set as a copy of the flash has it, so that looking repairs nothing.
+fn newest_undisturbed(nor: &Nor) -> Option<Stored> {
+    let mut copy = nor.clone();
+    copy.power_on();
+    newest(&mut copy)
+}
+
+/// Cuts the power in each operation of each of these appends in turn.
+fn sweep(appends: std::ops::RangeInclusive<u32>, torn: Torn) {
+    let mut nor = Nor::new(PAGES);
+    for number in 1..*appends.start() {
+        append(&mut nor, number).unwrap();
+    }
+    for number in appends {
+        let mut operation = 0;
+        loop {
+            let case = format!("{torn:?} in operation {operation} of append {number}");
+            let mut cut = nor.clone();
+            cut.cut_after(
+                operation,
+                torn,
+                u64::from(number) << 32 | u64::from(operation),
+            );
+            if !survive(&mut cut, number, &case) {
+                break;
+            }
+            let next = append(&mut cut, number + 1)
+                .unwrap_or_else(|| panic!("{case}: the next append fails"));
+            assert_eq!(newest(&mut cut).as_ref(), Some(&next), "{case}");
+            operation += 1;
+        }
+        append(&mut nor, number).unwrap();
+    }
+}
+
+/// The first set, the first that overwrites another, and all that turn pages: they close, erase and start them.
+fn sweep_all(torn: Torn) {
+    sweep(1..=1, torn);
+    sweep(8..=9, torn);
+    sweep(24..=33, torn);
+}
+
+#[test]
+fn a_cut_before_an_operation_leaves_the_old_or_the_new_set() {
+    sweep_all(Torn::Nothing);
+}
+
+#[test]
+fn a_cut_after_an_operation_leaves_the_old_or_the_new_set() {
+    sweep_all(Torn::Everything);
+}
+
+#[test]
+fn a_cut_that_leaves_some_bits_leaves_the_old_or_the_new_set() {
+    sweep_all(Torn::SomeBits);
+}
+
+#[test]
+fn a_cut_that_leaves_a_word_of_garbage_leaves_the_old_or_the_new_set() {
+    sweep_all(Torn::Garbage);
+}
+
+#[test]
+fn a_cut_that_leaves_a_patchwork_leaves_the_old_or_the_new_set() {
+    sweep_all(Torn::Patchwork);
+}
+
+#[test]
+fn the_sweeps_reach_erasures_in_both_halves() {
+    let mut nor = Nor::new(PAGES);
+    let erased = |nor: &Nor| {
+        nor.erasures
+            .iter()
+            .map(|times| times.min(&1))
+            .copied()
+            .collect::<Vec<_>>()
+    };
+    (1..24).for_each(|number| drop(append(&mut nor, number)));
+    assert_eq!(erased(&nor), [0; PAGES]);
+    (24..34).for_each(|number| drop(append(&mut nor, number)));
+    let halves = erased(&nor);
+    assert!(
+        halves[..PAGES / 2].contains(&1) && halves[PAGES / 2..].contains(&1),
+        "{halves:?}"
+    );
+}
+
+/// Damage upon damage: every other append is cut somewhere, and so is what cleans up after it.
+fn generations(mut nor: Nor) {
+    const KINDS: [Torn; 5] = [
+        Torn::Nothing,
+        Torn::Everything,
+        Torn::SomeBits,
+        Torn::Garbage,
+        Torn::Patchwork,
+    ];
+    let mut random = ChaCha8Rng::seed_from_u64(20_260_101);
+    let mut cuts = 0;
+    for number in 1..2_000 {
+        let torn = KINDS[random.random_range(0..KINDS.len())];
+        // An append is about fifty operations, with the erasure of a page among the first of some.
+        let most = if random.random() { 100 } else { 6 };
+        let operation = random.random_range(0..most);
+        nor.cut_after(operation, torn, random.random());
+        let case = format!("append {number}, {torn:?} in operation {operation}");
+        cuts += u32::from(survive(&mut nor, number, &case));
+    }
+    assert!(cuts > 1_000, "{cuts} cuts");
+}
+
+#[test]
+fn power_cuts_in_a_row_never_cost_the_active_set() {
+    generations(Nor::new(PAGES));
+}
+
+#[test]
+fn power_cuts_in_a_row_never_cost_the_active_set_though_the_driver_loses_errors() {
+    let mut nor = Nor::new(PAGES);
+    nor.reports = false;
+    generations(nor);
+}

@@ -1,0 +1,204 @@
+//! A set is read whole, or refused with the reason.
+
+use hexsense::channel::Triad;
+use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};
+use proptest::prelude::*;
+
+use crate::sets::{any_set, encoded, numbered};
+
+/// CRC-32 (IEEE), bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0xEDB8_8320 * (crc & 1))
+        })
+    })
+}
+
+/// Bytes with a checksum that fits.
+fn sealed(body: &[u8]) -> Vec<u8> {
+    [body, &crc32(body).to_le_bytes()].concat()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1_000))]
+
+    #[test]
+    fn every_set_is_read_as_it_was_written(set in any_set()) {
+        let bytes = encoded(&set);
+        let read = CoefficientSet::decode(&bytes);
+        prop_assert_eq!(read.as_ref(), Ok(&set));
+        prop_assert_eq!(encoded(&read.unwrap()), bytes);
+    }
+
+    #[test]
+    fn identity_tells_sets_apart(one in any_set(), other in any_set()) {
+        let (one_id, other_id) = (CoefficientSet::id_of(&encoded(&one)), CoefficientSet::id_of(&encoded(&other)));
+        prop_assert_eq!(one_id == other_id, one == other);
+        prop_assert_eq!(one_id, CoefficientSet::id_of(&encoded(&one.clone())));
+    }
+}
+
+#[test]
+fn identity_is_the_start_of_sha_256_of_the_bytes() {
+    // FIPS 180-4's example: SHA-256("abc") = ba7816bf 8f01cfea …
+    let id = CoefficientSet::id_of(b"abc");
+    assert_eq!(id, SetId([0xBA, 0x78, 0x16, 0xBF, 0x8F, 0x01, 0xCF, 0xEA]));
+    assert_eq!(id.to_string(), "ba7816bf8f01cfea");
+}
+
+#[test]
+fn the_layout_is_the_one_that_boards_have_in_flash() {
+    let set = CoefficientSet {
+        geometry: heapless::String::try_from("an-74tk-200").unwrap(),
+        ..numbered(1)
+    };
+    let bytes = encoded(&set);
+    assert_eq!(
+        (
+            bytes.len(),
+            CoefficientSet::id_of(&bytes).to_string().as_str()
+        ),
+        (377, "33f256f29d61cc54"),
+        "the record's layout drifted: boards in the field would lose their coefficients"
+    );
+    assert_eq!(sealed(&bytes[..bytes.len() - 4]), bytes);
+}
+
+#[test]
+fn the_longest_set_fits() {
+    let mut set = numbered(u32::MAX);
+    set.unix_s = u64::MAX;
+    set.geometry = heapless::String::try_from("0123456789abcdef0123456789abcdef").unwrap();
+    assert!(encoded(&set).len() <= MAX_ENCODED);
+}
+
+#[test]
+fn a_buffer_that_is_too_short_is_refused() {
+    let set = numbered(1);
+    let needed = encoded(&set).len();
+    for length in 0..needed {
+        assert_eq!(
+            set.encode(&mut vec![0; length]),
+            Err(RecordError::Length {
+                length: length as u32
+            })
+        );
+    }
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    let whole = encoded(&numbered(1));
+    for length in 0..whole.len() {
+        let cut = &whole[..length];
+        let expected = match cut.split_last_chunk::<4>() {
+            None => RecordError::Length {
+                length: length as u32,
+            },
+            Some((body, stored)) => RecordError::Checksum {
+                stored: u32::from_le_bytes(*stored),
+                computed: crc32(body),
+            },
+        };
+        assert_eq!(CoefficientSet::decode(cut), Err(expected));
+    }
+}
+
+#[test]
+fn every_truncation_with_a_checksum_that_fits_is_refused() {
+    let whole = encoded(&numbered(1));
+    let body = &whole[..whole.len() - 4];
+    for length in 0..body.len() {
+        assert_eq!(
+            CoefficientSet::decode(&sealed(&body[..length])),
+            Err(RecordError::Layout)
+        );
+    }
+    assert_eq!(
+        CoefficientSet::decode(&sealed(&[body, &[0]].concat())),
+        Err(RecordError::Layout)
+    );
+}
+
+#[test]
+fn more_bytes_than_any_set_are_refused() {
+    let length = MAX_ENCODED as u32 + 1;
+    assert_eq!(
+        CoefficientSet::decode(&sealed(&vec![0; MAX_ENCODED - 3])),
+        Err(RecordError::Length { length })
+    );
+}
+
+#[test]
+fn every_flipped_bit_is_noticed() {
+    let whole = encoded(&numbered(1));
+    for bit in 0..8 * whole.len() {
+        let mut flipped = whole.clone();
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        let (body, stored) = flipped.split_last_chunk::<4>().unwrap();
+        let damaged = RecordError::Checksum {
+            stored: u32::from_le_bytes(*stored),
+            computed: crc32(body),
+        };
+        assert_eq!(CoefficientSet::decode(&flipped), Err(damaged), "bit {bit}");
+    }
+}
+
+/// The numbers of a triad, one after another, each as something to be spoilt.
+fn numbers(triad: &mut TriadCoefficients) -> impl Iterator<Item = &mut f32> {
+    let uncertainties = triad
+        .offset_uncertainty
+        .iter_mut()
+        .chain(triad.matrix_uncertainty.as_flattened_mut());
+    let values = triad
+        .offset
+        .iter_mut()
+        .chain(triad.matrix.as_flattened_mut());
+    values.chain([&mut triad.delay_s]).chain(uncertainties)
+}
+
+/// Values before uncertainties in [`numbers`].
+const VALUES: usize = 13;
+
+#[test]
+fn every_number_that_is_not_finite_is_refused() {
+    for (index, triad) in Triad::ALL.into_iter().enumerate() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+            for number in 0..VALUES + 12 {
+                let mut set = numbered(1);
+                let spoilt = numbers(&mut set.triads[index]).nth(number).unwrap();
+                *spoilt = if number < VALUES && bad == -1.0 {
+                    f32::NAN
+                } else {
+                    bad
+                };
+                assert_eq!(
+                    CoefficientSet::decode(&encoded(&set)),
+                    Err(RecordError::NotFinite { triad }),
+                    "number {number} of {triad:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn matrices_that_mix_up_axes_are_refused() {
+    let singular = [
+        [[0.0; 3]; 3],
+        [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0; 3]],
+        [[1e-3, 2e-3, 3e-3], [2e-3, 4e-3, 6e-3], [0.0, 0.0, 1e-3]],
+        [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [1e-3, 1e-3, 1e-9]],
+    ];
+    for (index, triad) in Triad::ALL.into_iter().enumerate() {
+        for matrix in singular {
+            let mut set = numbered(1);
+            set.triads[index].matrix = matrix;
+            assert_eq!(
+                CoefficientSet::decode(&encoded(&set)),
+                Err(RecordError::Singular { triad })
+            );
+        }
+    }
+}

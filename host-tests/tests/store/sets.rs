@@ -1,0 +1,84 @@
+//! Coefficient sets to store.
+
+use hexsense::store::{CoefficientSet, MAX_ENCODED, TriadCoefficients};
+use proptest::array::uniform32;
+use proptest::prelude::*;
+
+/// A set of nearly the greatest length; `number` makes it differ from the others.
+pub fn numbered(number: u32) -> CoefficientSet {
+    let triad = TriadCoefficients {
+        offset: [32_768.0 + number as f32, 32_767.0, 32_766.0],
+        matrix: [[6e-4, 1e-5, 0.0], [-1e-5, 6.1e-4, 2e-5], [0.0, 0.0, 5.9e-4]],
+        offset_uncertainty: [0.5; 3],
+        matrix_uncertainty: [[1e-7; 3]; 3],
+        delay_s: 3.5e-3,
+    };
+    CoefficientSet {
+        board: [7; 12],
+        geometry: heapless::String::try_from("a name of thirty-two letters….").unwrap(),
+        geometry_hash: [0x5A; 8],
+        unix_s: 1_780_000_000 + u64::from(number),
+        temperature_c: 31.5,
+        provenance: [0xC3; 32],
+        triads: [triad; 3],
+    }
+}
+
+pub fn encoded(set: &CoefficientSet) -> Vec<u8> {
+    set.encode(&mut [0; MAX_ENCODED]).unwrap().to_vec()
+}
+
+/// Any set that is fit to be stored.
+pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
+    let triads = [any_triad(), any_triad(), any_triad()];
+    (
+        (any::<[u8; 12]>(), "[a-z0-9µ-]{0,16}", any::<[u8; 8]>()),
+        (any::<u64>(), -40.0_f32..125.0, uniform32(any::<u8>())),
+        triads,
+    )
+        .prop_map(
+            |((board, name, geometry_hash), (unix_s, temperature_c, provenance), triads)| {
+                CoefficientSet {
+                    board,
+                    geometry: heapless::String::try_from(name.as_str()).unwrap(),
+                    geometry_hash,
+                    unix_s,
+                    temperature_c,
+                    provenance,
+                    triads,
+                }
+            },
+        )
+}
+
+/// Sensors up to a third of their sensitivity off their axes, either way round, in any unit.
+fn any_triad() -> impl Strategy<Value = TriadCoefficients> {
+    let three = |range: std::ops::Range<f32>| std::array::from_fn(|_| range.clone());
+    let nine = |range: std::ops::Range<f32>| std::array::from_fn(|_| three(range.clone()));
+    let signs = [prop::bool::ANY; 3];
+    (
+        three(0.0..65_536.0),
+        (nine(-0.3..0.3), signs, -6.0_f32..3.0),
+        three(0.0..10.0),
+        nine(0.0..1.0),
+        -0.1_f32..0.1,
+    )
+        .prop_map(
+            |(offset, (cross, signs, decade), offset_uncertainty, matrix_uncertainty, delay_s)| {
+                let element = |row: usize, column: usize| {
+                    let main = if row == column { 1.0 } else { 0.0 };
+                    let sign = if signs[row] { 1.0 } else { -1.0 };
+                    10_f32.powf(decade) * sign * (main + cross[row][column])
+                };
+                TriadCoefficients {
+                    offset,
+                    matrix: std::array::from_fn(|row| {
+                        std::array::from_fn(|column| element(row, column))
+                    }),
+                    offset_uncertainty,
+                    matrix_uncertainty,
+                    delay_s,
+                }
+            },
+        )
+}
