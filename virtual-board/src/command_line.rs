@@ -38,5 +38,7 @@ pub struct CommandLine {
 }
 
 fn pins_address(text: &str) -> Result<String, String> {
-    text.strip_prefix("tcp:").map(str::to_owned).ok_or_else(|| "expected tcp:HOST:PORT, as the twin prints it".to_owned())
+    text.strip_prefix("tcp:")
+        .map(str::to_owned)
+        .ok_or_else(|| "expected tcp:HOST:PORT, as the twin prints it".to_owned())
 }

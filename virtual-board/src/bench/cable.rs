@@ -30,7 +30,10 @@ pub struct Cable {
 
 #[derive(Debug)]
 enum End {
-    Tcp { listener: TcpListener, host: Option<TcpStream> },
+    Tcp {
+        listener: TcpListener,
+        host: Option<TcpStream>,
+    },
     Pty(Pty),
 }
 
@@ -38,7 +41,12 @@ impl Cable {
     /// Hosts connect to this listener.
     pub fn over_tcp(listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self { end: End::Tcp { listener, host: None } })
+        Ok(Self {
+            end: End::Tcp {
+                listener,
+                host: None,
+            },
+        })
     }
 
     /// Hosts open this terminal.
@@ -55,8 +63,7 @@ impl Cable {
             let room = LARGEST_BACKLOG.saturating_sub(machine.bus().lpuart.line_backlog());
             let received = self.end.receive(&mut buffer[..room]);
             machine.bus_mut().line_in(&buffer[..received]);
-            let until = machine.bus().timebase.cycles(machine.bus().now_s() + SLICE_S);
-            machine.run(until)?;
+            machine.run(machine.bus().now_s() + SLICE_S)?;
             let sent = machine.bus_mut().lpuart.take_sent();
             self.end.send(&sent);
             run_s += SLICE_S;
@@ -77,11 +84,17 @@ impl End {
         match self {
             Self::Tcp { listener, host } => {
                 if host.is_none() {
-                    *host = listener.accept().ok().map(|(stream, _)| stream).filter(|stream| {
-                        stream.set_nonblocking(true).is_ok() && stream.set_nodelay(true).is_ok()
-                    });
+                    *host = listener
+                        .accept()
+                        .ok()
+                        .map(|(stream, _)| stream)
+                        .filter(|stream| {
+                            stream.set_nonblocking(true).is_ok() && stream.set_nodelay(true).is_ok()
+                        });
                 }
-                let Some(stream) = host.as_mut().filter(|_| !buffer.is_empty()) else { return 0 };
+                let Some(stream) = host.as_mut().filter(|_| !buffer.is_empty()) else {
+                    return 0;
+                };
                 match stream.read(buffer) {
                     Ok(0) => {
                         *host = None;
@@ -104,7 +117,9 @@ impl End {
     fn send(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let written = match self {
-                Self::Tcp { host: Some(stream), .. } => stream.write(bytes),
+                Self::Tcp {
+                    host: Some(stream), ..
+                } => stream.write(bytes),
                 Self::Tcp { host: None, .. } => return,
                 Self::Pty(pty) => pty.master.write(bytes),
             };
@@ -144,9 +159,14 @@ impl Pty {
             return Err(io::Error::from_raw_os_error(result));
         }
         // SAFETY: on success the buffer holds a string with its end.
-        let path = unsafe { CStr::from_ptr(name.as_ptr()) }.to_string_lossy().into_owned();
+        let path = unsafe { CStr::from_ptr(name.as_ptr()) }
+            .to_string_lossy()
+            .into_owned();
         make_raw(&path)?;
-        Ok(Self { master: File::from(master), path })
+        Ok(Self {
+            master: File::from(master),
+            path,
+        })
     }
 
     /// Path of the host's end.
@@ -163,11 +183,19 @@ fn make_raw(path: &str) -> io::Result<()> {
         let mut settings: libc::termios = std::mem::zeroed();
         check(libc::tcgetattr(slave.as_raw_fd(), &raw mut settings))?;
         libc::cfmakeraw(&raw mut settings);
-        check(libc::tcsetattr(slave.as_raw_fd(), libc::TCSANOW, &raw const settings))?;
+        check(libc::tcsetattr(
+            slave.as_raw_fd(),
+            libc::TCSANOW,
+            &raw const settings,
+        ))?;
     }
     Ok(())
 }
 
 fn check(result: libc::c_int) -> io::Result<()> {
-    if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+    if result < 0 {
+        Err(io::Error::last_os_error())
+    } else {
+        Ok(())
+    }
 }

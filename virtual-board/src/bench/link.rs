@@ -29,7 +29,10 @@ impl FromStr for LinkAddress {
             Some(("tcp", address)) => Ok(Self::Tcp(address.to_owned())),
             Some(("lockstep", address)) => Ok(Self::Lockstep(address.to_owned())),
             None if text == "pty" => Ok(Self::Pty),
-            _ => Err("expected tcp:HOST:PORT, lockstep:HOST:PORT or pty (port 0 picks a free one)".to_owned()),
+            _ => Err(
+                "expected tcp:HOST:PORT, lockstep:HOST:PORT or pty (port 0 picks a free one)"
+                    .to_owned(),
+            ),
         }
     }
 }
@@ -38,7 +41,9 @@ impl FromStr for LinkAddress {
 #[derive(Debug, Error)]
 pub enum LinkError {
     /// The address cannot be listened on.
-    #[error("--link {address}: {source} (another process may listen there; port 0 picks a free one)")]
+    #[error(
+        "--link {address}: {source} (another process may listen there; port 0 picks a free one)"
+    )]
     Listen {
         /// The address.
         address: String,
@@ -71,7 +76,10 @@ impl Link {
     /// Opens the link.
     pub fn open(address: &LinkAddress) -> Result<Self, LinkError> {
         let listen = |address: &String| {
-            TcpListener::bind(address).map_err(|source| LinkError::Listen { address: address.clone(), source })
+            TcpListener::bind(address).map_err(|source| LinkError::Listen {
+                address: address.clone(),
+                source,
+            })
         };
         Ok(match address {
             LinkAddress::Tcp(address) => Self::Tcp(listen(address)?),

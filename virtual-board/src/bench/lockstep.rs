@@ -61,9 +61,14 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
     let mut head = [0; 8];
     stream.read_exact(&mut head)?;
     let [r0, r1, r2, r3, l0, l1, l2, l3] = head;
-    let (run_us, length) = (u32::from_le_bytes([r0, r1, r2, r3]), u32::from_le_bytes([l0, l1, l2, l3]));
+    let (run_us, length) = (
+        u32::from_le_bytes([r0, r1, r2, r3]),
+        u32::from_le_bytes([l0, l1, l2, l3]),
+    );
     if length > LONGEST_REQUEST {
-        eprintln!("board: the host announced {length} bytes, at most {LONGEST_REQUEST} are allowed; it is let go");
+        eprintln!(
+            "board: the host announced {length} bytes, at most {LONGEST_REQUEST} are allowed; it is let go"
+        );
         return Err(io::ErrorKind::InvalidData.into());
     }
     let mut bytes = vec![0; length as usize];
@@ -75,8 +80,7 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
 fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
     machine.bus_mut().line_in(bytes);
     let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;
-    let end = machine.bus().timebase.cycles(end_s);
-    machine.run_until_silent(end, MOST_BYTES)?;
+    machine.run_until_silent(end_s, MOST_BYTES)?;
     let sent = machine.bus_mut().lpuart.take_sent();
     let now_us = (machine.bus().now_s() * 1e6) as u64;
     let mut answer = Vec::with_capacity(12 + sent.len());

@@ -16,9 +16,18 @@ impl Pin {
     /// Parses a name such as `PB12`.
     pub fn parse(name: &str) -> Option<Self> {
         let mut characters = name.strip_prefix('P')?.chars();
-        let port = characters.next().filter(|port| ('A'..='G').contains(port))?;
-        let number: u8 = characters.as_str().parse().ok().filter(|number| *number < 16)?;
-        Some(Self { port: port as u8 - b'A', number })
+        let port = characters
+            .next()
+            .filter(|port| ('A'..='G').contains(port))?;
+        let number: u8 = characters
+            .as_str()
+            .parse()
+            .ok()
+            .filter(|number| *number < 16)?;
+        Some(Self {
+            port: port as u8 - b'A',
+            number,
+        })
     }
 }
 
@@ -44,7 +53,10 @@ pub enum Input {
 }
 
 const fn pin(port: char, number: u8) -> Input {
-    Input::Pin(Pin { port: port as u8 - b'A', number })
+    Input::Pin(Pin {
+        port: port as u8 - b'A',
+        number,
+    })
 }
 
 /// Input `channel` of converter `adc` (0 is ADC1).
@@ -94,7 +106,13 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_package() {
-        assert_eq!(Pin::parse("PB12"), Some(Pin { port: 1, number: 12 }));
+        assert_eq!(
+            Pin::parse("PB12"),
+            Some(Pin {
+                port: 1,
+                number: 12
+            })
+        );
         assert_eq!(Pin::parse("PB12").unwrap().to_string(), "PB12");
         for wrong in ["", "P", "B12", "PB16", "PH1", "PB-1", "PB1x"] {
             assert_eq!(Pin::parse(wrong), None, "{wrong}");

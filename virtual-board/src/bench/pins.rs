@@ -43,7 +43,11 @@ pub struct BoardParameters {
 impl BoardParameters {
     /// A typical board: nothing is off, the converters have the noise of the data sheet.
     pub fn neutral(seed: u64) -> Self {
-        let imperfection = Imperfection { gain_error: 0.0, offset_lsb: 0.0, noise_lsb: 1.5 };
+        let imperfection = Imperfection {
+            gain_error: 0.0,
+            offset_lsb: 0.0,
+            noise_lsb: 1.5,
+        };
         Self {
             seed,
             unique_id: *b"hexsense 474",
@@ -58,7 +62,9 @@ impl BoardParameters {
 #[derive(Debug, Error)]
 pub enum PinsError {
     /// The address cannot be connected to.
-    #[error("no twin at {address}: {source} (is it running, and is --pins the address that it printed?)")]
+    #[error(
+        "no twin at {address}: {source} (is it running, and is --pins the address that it printed?)"
+    )]
     Connect {
         /// The address.
         address: String,
@@ -77,7 +83,9 @@ pub enum PinsError {
     #[error("the greeting of the twin cannot be read: {0}")]
     Malformed(#[from] serde_json::Error),
     /// The twin speaks another version.
-    #[error("the twin speaks \"{found}\", this board \"{PROTOCOL}\": use twin and virtual-board of one version")]
+    #[error(
+        "the twin speaks \"{found}\", this board \"{PROTOCOL}\": use twin and virtual-board of one version"
+    )]
     Protocol {
         /// What it said.
         found: String,
@@ -160,13 +168,23 @@ pub struct Twin {
 impl Pins {
     /// Connects to the twin and hears what is soldered where.
     pub fn connect(address: &str) -> Result<(Self, BoardParameters), PinsError> {
-        let connect = |source| PinsError::Connect { address: address.to_owned(), source };
+        let connect = |source| PinsError::Connect {
+            address: address.to_owned(),
+            source,
+        };
         let stream = TcpStream::connect(address).map_err(connect)?;
         stream.set_nodelay(true).map_err(connect)?;
         let mut stream = BufReader::with_capacity(1 << 16, stream);
         let mut line = String::new();
-        let greeting = |source| PinsError::Greeting { address: address.to_owned(), source };
-        stream.by_ref().take(LONGEST_GREETING).read_line(&mut line).map_err(greeting)?;
+        let greeting = |source| PinsError::Greeting {
+            address: address.to_owned(),
+            source,
+        };
+        stream
+            .by_ref()
+            .take(LONGEST_GREETING)
+            .read_line(&mut line)
+            .map_err(greeting)?;
         if !line.ends_with('\n') {
             return Err(greeting(io::ErrorKind::UnexpectedEof.into()));
         }
@@ -176,7 +194,10 @@ impl Pins {
         }
         let greeting: Greeting = serde_json::from_str(&line)?;
         let parameters = board_parameters(&greeting.board)?;
-        Ok((Self::Twin(Box::new(Twin::new(stream, &greeting)?)), parameters))
+        Ok((
+            Self::Twin(Box::new(Twin::new(stream, &greeting)?)),
+            parameters,
+        ))
     }
 
     /// Voltage on a pin at true time `at_s`, V.
@@ -223,13 +244,35 @@ impl Pins {
 impl Twin {
     fn new(stream: BufReader<TcpStream>, greeting: &Greeting) -> Result<Self, PinsError> {
         let width = greeting.columns.len();
-        let values = greeting.chunk_steps.checked_add(1).and_then(|rows| rows.checked_mul(width));
-        check(greeting.step_s.is_finite() && greeting.step_s > 0.0, "step_s", greeting.step_s, "more than zero")?;
-        check(greeting.chunk_steps > 0, "chunk_steps", greeting.chunk_steps, "at least 1")?;
-        check(values.is_some_and(|values| values <= MOST_VALUES), "chunk_steps", greeting.chunk_steps, "smaller")?;
+        let values = greeting
+            .chunk_steps
+            .checked_add(1)
+            .and_then(|rows| rows.checked_mul(width));
+        check(
+            greeting.step_s.is_finite() && greeting.step_s > 0.0,
+            "step_s",
+            greeting.step_s,
+            "more than zero",
+        )?;
+        check(
+            greeting.chunk_steps > 0,
+            "chunk_steps",
+            greeting.chunk_steps,
+            "at least 1",
+        )?;
+        check(
+            values.is_some_and(|values| values <= MOST_VALUES),
+            "chunk_steps",
+            greeting.chunk_steps,
+            "smaller",
+        )?;
         let column = |name: &'static str| {
             let found = greeting.columns.iter().position(|column| column == name);
-            found.ok_or(PinsError::Value { name: "columns", value: greeting.columns.join(" "), limit: name })
+            found.ok_or(PinsError::Value {
+                name: "columns",
+                value: greeting.columns.join(" "),
+                limit: name,
+            })
         };
         Ok(Self {
             stream,
@@ -265,7 +308,11 @@ impl Twin {
             (&self.chunks[1], newest - self.chunk_steps)
         };
         let row = row.saturating_sub(first).min(self.chunk_steps - 1);
-        let at = |row: usize| chunk.get(row * self.width + column).map_or(0.0, |value| f64::from(*value));
+        let at = |row: usize| {
+            chunk
+                .get(row * self.width + column)
+                .map_or(0.0, |value| f64::from(*value))
+        };
         let fraction = (position - (first + row) as f64).clamp(0.0, 1.0);
         at(row) + fraction * (at(row + 1) - at(row))
     }
@@ -276,7 +323,9 @@ impl Twin {
         self.stream.read_exact(&mut bytes)?;
         self.chunks.swap(0, 1);
         self.chunks[0].clear();
-        let values = bytes.chunks_exact(4).map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
+        let values = bytes
+            .chunks_exact(4)
+            .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
         self.chunks[0].extend(values);
         self.received += 1;
         Ok(())
@@ -289,9 +338,24 @@ fn board_parameters(board: &GreetingBoard) -> Result<BoardParameters, PinsError>
         value: board.uid.clone(),
         limit: "24 hexadecimal digits",
     })?;
-    check(board.clock_ppm.abs() < 1e5, "board.clock_ppm", board.clock_ppm, "less than 1e5")?;
-    check((0.1..3.0).contains(&board.vrefint_v), "board.vrefint_v", board.vrefint_v, "within 0.1 to 3 V")?;
-    check(board.adc.len() == CONVERTERS, "number of entries in board.adc", board.adc.len(), "5")?;
+    check(
+        board.clock_ppm.abs() < 1e5,
+        "board.clock_ppm",
+        board.clock_ppm,
+        "less than 1e5",
+    )?;
+    check(
+        (0.1..3.0).contains(&board.vrefint_v),
+        "board.vrefint_v",
+        board.vrefint_v,
+        "within 0.1 to 3 V",
+    )?;
+    check(
+        board.adc.len() == CONVERTERS,
+        "number of entries in board.adc",
+        board.adc.len(),
+        "5",
+    )?;
     let adc = std::array::from_fn(|index| Imperfection {
         gain_error: board.adc[index].gain_error,
         offset_lsb: board.adc[index].offset_lsb,
@@ -306,8 +370,21 @@ fn board_parameters(board: &GreetingBoard) -> Result<BoardParameters, PinsError>
     })
 }
 
-fn check(valid: bool, name: &'static str, value: impl ToString, limit: &'static str) -> Result<(), PinsError> {
-    if valid { Ok(()) } else { Err(PinsError::Value { name, value: value.to_string(), limit }) }
+fn check(
+    valid: bool,
+    name: &'static str,
+    value: impl ToString,
+    limit: &'static str,
+) -> Result<(), PinsError> {
+    if valid {
+        Ok(())
+    } else {
+        Err(PinsError::Value {
+            name,
+            value: value.to_string(),
+            limit,
+        })
+    }
 }
 
 fn parse_hex(digits: &str) -> Option<[u8; 12]> {

@@ -28,7 +28,9 @@ pub enum ElfError {
         source: io::Error,
     },
     /// It is no 32-bit ELF file.
-    #[error("firmware {path} is not a 32-bit ELF file ({source}): give the file that `cargo build` made, not a .bin")]
+    #[error(
+        "firmware {path} is not a 32-bit ELF file ({source}): give the file that `cargo build` made, not a .bin"
+    )]
     NotElf {
         /// The file.
         path: PathBuf,
@@ -57,7 +59,9 @@ pub enum ElfError {
         size: u64,
     },
     /// It has no content.
-    #[error("firmware {path} has nothing to load into flash: it was probably linked without a linker script (link.x)")]
+    #[error(
+        "firmware {path} has nothing to load into flash: it was probably linked without a linker script (link.x)"
+    )]
     Empty {
         /// The file.
         path: PathBuf,
@@ -79,13 +83,22 @@ impl Firmware {
     /// Reads the file.
     pub fn read(path: &Path) -> Result<Self, ElfError> {
         let path_buf = || path.to_owned();
-        let file = fs::read(path).map_err(|source| ElfError::Io { path: path_buf(), source })?;
-        let not_elf = |source| ElfError::NotElf { path: path_buf(), source };
+        let file = fs::read(path).map_err(|source| ElfError::Io {
+            path: path_buf(),
+            source,
+        })?;
+        let not_elf = |source| ElfError::NotElf {
+            path: path_buf(),
+            source,
+        };
         let elf = ElfFile32::<Endianness>::parse(file.as_slice()).map_err(not_elf)?;
         let endian = elf.endian();
         let machine = elf.elf_header().e_machine(endian);
         if machine != EM_ARM {
-            return Err(ElfError::Machine { path: path_buf(), machine: machine.0 });
+            return Err(ElfError::Machine {
+                path: path_buf(),
+                machine: machine.0,
+            });
         }
         let mut segments = Vec::new();
         for header in elf.elf_program_headers() {
@@ -94,19 +107,30 @@ impl Firmware {
                 continue;
             }
             let address = u64::from(header.p_paddr(endian));
-            let offset = address.checked_sub(u64::from(FLASH_BASE)).map(|offset| offset as usize);
-            let offset = offset.filter(|offset| offset + content.len() <= SIZE).ok_or_else(|| ElfError::Segment {
-                path: path_buf(),
-                address,
-                size: content.len() as u64,
-            })?;
+            let offset = address
+                .checked_sub(u64::from(FLASH_BASE))
+                .map(|offset| offset as usize);
+            let offset = offset
+                .filter(|offset| offset + content.len() <= SIZE)
+                .ok_or_else(|| ElfError::Segment {
+                    path: path_buf(),
+                    address,
+                    size: content.len() as u64,
+                })?;
             segments.push((offset, content.to_vec()));
         }
         if segments.is_empty() {
             return Err(ElfError::Empty { path: path_buf() });
         }
-        let rtt = elf.symbols().find(|symbol| symbol.name() == Ok(RTT_SYMBOL)).map(|symbol| symbol.address() as u32);
-        Ok(Self { segments, rtt, file })
+        let rtt = elf
+            .symbols()
+            .find(|symbol| symbol.name() == Ok(RTT_SYMBOL))
+            .map(|symbol| symbol.address() as u32);
+        Ok(Self {
+            segments,
+            rtt,
+            file,
+        })
     }
 
     /// Programs the image as a debug probe would: the pages it needs are erased and written, and no others. Pages that
@@ -116,16 +140,23 @@ impl Firmware {
         for (offset, content) in &self.segments {
             for (index, byte) in content.iter().enumerate() {
                 let at = offset + index;
-                let page: &mut Vec<u8> = image[at / PAGE_SIZE].get_or_insert_with(|| vec![0xFF; PAGE_SIZE]);
+                let page: &mut Vec<u8> =
+                    image[at / PAGE_SIZE].get_or_insert_with(|| vec![0xFF; PAGE_SIZE]);
                 page[at % PAGE_SIZE] = *byte;
             }
         }
         for (number, page) in image.iter().enumerate() {
             let Some(page) = page else { continue };
             let start = number * PAGE_SIZE;
-            let differs = page.chunks_exact(DOUBLE_WORD).enumerate().any(|(index, word)| {
-                memory.double_word(start + DOUBLE_WORD * index).to_le_bytes() != word
-            });
+            let differs = page
+                .chunks_exact(DOUBLE_WORD)
+                .enumerate()
+                .any(|(index, word)| {
+                    memory
+                        .double_word(start + DOUBLE_WORD * index)
+                        .to_le_bytes()
+                        != word
+                });
             if differs {
                 memory.write(start, page)?;
             }

@@ -32,8 +32,14 @@ struct Defmt {
 impl FirmwareLog {
     /// A reader for the firmware in `elf`, whose control block is at address `rtt`.
     pub fn new(elf: &[u8], rtt: Option<u32>) -> Self {
-        let control = rtt.and_then(|address| address.checked_sub(RAM_BASE)).map(|offset| offset as usize);
-        Self { control, decoder: Defmt::new(elf), line: Vec::new() }
+        let control = rtt
+            .and_then(|address| address.checked_sub(RAM_BASE))
+            .map(|offset| offset as usize);
+        Self {
+            control,
+            decoder: Defmt::new(elf),
+            line: Vec::new(),
+        }
     }
 
     /// A new run of the firmware begins: what was half received is forgotten.
@@ -46,7 +52,9 @@ impl FirmwareLog {
 
     /// Takes what the firmware has written and prints what is complete.
     pub fn poll(&mut self, ram: &mut Block, now_s: f64) {
-        let Some(bytes) = self.control.and_then(|control| drain(ram, control)) else { return };
+        let Some(bytes) = self.control.and_then(|control| drain(ram, control)) else {
+            return;
+        };
         match &mut self.decoder {
             Some(defmt) => defmt.print(&bytes, now_s),
             None => {
@@ -66,7 +74,10 @@ impl FirmwareLog {
 /// Takes all bytes out of the first up channel; none if it is empty or not set up.
 fn drain(ram: &mut Block, control: usize) -> Option<Vec<u8>> {
     let channel = control + FIRST_CHANNEL;
-    let (write, read) = (ram.word(channel + 12)? as usize, ram.word(channel + 16)? as usize);
+    let (write, read) = (
+        ram.word(channel + 12)? as usize,
+        ram.word(channel + 16)? as usize,
+    );
     if write == read {
         return None;
     }
@@ -94,10 +105,17 @@ impl Defmt {
                 return None;
             }
         };
-        let locations = table.get_locations(elf).ok().filter(|locations| table.indices().all(|i| locations.contains_key(&(i as u64))));
+        let locations = table
+            .get_locations(elf)
+            .ok()
+            .filter(|locations| table.indices().all(|i| locations.contains_key(&(i as u64))));
         // The decoder borrows the table, and both live as long as the process.
         let table: &'static Table = Box::leak(Box::new(table));
-        Some(Self { table, locations, decoder: table.new_stream_decoder() })
+        Some(Self {
+            table,
+            locations,
+            decoder: table.new_stream_decoder(),
+        })
     }
 
     fn print(&mut self, bytes: &[u8], now_s: f64) {
@@ -105,13 +123,25 @@ impl Defmt {
         loop {
             match self.decoder.decode() {
                 Ok(frame) => {
-                    let level = frame.level().map_or("", |level| level.as_str()).to_uppercase();
-                    let place = self.locations.as_ref().and_then(|locations| locations.get(&frame.index()));
+                    let level = frame
+                        .level()
+                        .map_or("", |level| level.as_str())
+                        .to_uppercase();
+                    let place = self
+                        .locations
+                        .as_ref()
+                        .and_then(|locations| locations.get(&frame.index()));
                     let place = place.map_or(String::new(), |at| {
-                        let file = at.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+                        let file = at
+                            .file
+                            .file_name()
+                            .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
                         format!("  ({file}:{})", at.line)
                     });
-                    eprintln!("[{now_s:12.6}] {level:5} {}{place}", frame.display_message());
+                    eprintln!(
+                        "[{now_s:12.6}] {level:5} {}{place}",
+                        frame.display_message()
+                    );
                 }
                 Err(DecodeError::UnexpectedEof) => return,
                 Err(DecodeError::Malformed) if self.table.encoding().can_recover() => {

@@ -33,7 +33,12 @@ impl Timebase {
     /// Time begins with the core on the internal oscillator at `nominal_hz`.
     pub fn new(errors: OscillatorErrors, nominal_hz: u32) -> Self {
         let core_hz = f64::from(nominal_hz) * (1.0 + errors.internal);
-        Self { errors, origin_cycles: 0, origin_s: 0.0, core_hz }
+        Self {
+            errors,
+            origin_cycles: 0,
+            origin_s: 0.0,
+            core_hz,
+        }
     }
 
     /// From `now` on the core runs at another frequency.
@@ -70,7 +75,10 @@ impl Timebase {
 mod tests {
     use super::*;
 
-    const ERRORS: OscillatorErrors = OscillatorErrors { internal: 0.005, crystal: 20e-6 };
+    const ERRORS: OscillatorErrors = OscillatorErrors {
+        internal: 0.005,
+        crystal: 20e-6,
+    };
 
     #[test]
     fn crystal_error_scales_true_time() {

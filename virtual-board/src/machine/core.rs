@@ -8,12 +8,17 @@
 use std::ops::RangeInclusive;
 
 use thiserror::Error;
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error};
+use unicorn_engine::{
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error,
+};
 
 use super::bus::{Bus, FLASH_SIZE};
 use super::faults::{BadAccess, Fault, Halt};
 use super::instructions::{self, BlockTable};
-use super::memory::{Block, CCM_BASE, CCM_SIZE, FLASH_BASE, FlashFileError, RAM_BASE, RAM_SIZE, SYSTEM_BASE, SYSTEM_SIZE};
+use super::memory::{
+    Block, CCM_BASE, CCM_SIZE, FLASH_BASE, FlashFileError, RAM_BASE, RAM_SIZE, SYSTEM_BASE,
+    SYSTEM_SIZE,
+};
 use crate::bench::pins::PinsError;
 use crate::firmware::log::FirmwareLog;
 use crate::peripherals::flash::BANK_SIZE;
@@ -28,15 +33,19 @@ const REGISTER_AREAS: [RangeInclusive<u32>; 4] = [
     0x5000_0000..=0x5006_0FFF,
     0xE000_0000..=0xE00F_FFFF,
 ];
-/// A page that does not exist on the chip, with a few instructions of the model's own ([`CLEAR_MONITOR`]).
-const STUB_BASE: u32 = 0xF000_0000;
+/// A page of the code area that does not exist on the chip, with a few instructions of the model's own ([`CLEAR_MONITOR`]).
+const STUB_BASE: u32 = 0x1E00_0000;
 /// `clrex; ldr.w pc, [pc, #0]; .word target`: clears the exclusive monitor, then jumps. The emulator offers no other
 /// way to clear it, and an exception must.
 const CLEAR_MONITOR: [u8; 8] = [0xBF, 0xF3, 0x2F, 0x8F, 0xDF, 0xF8, 0x00, 0xF0];
 const STUB_TARGET: usize = CLEAR_MONITOR.len();
 /// Where flash, RAM and CCM code is found in the block tables.
-const CODE_AREAS: [(u32, usize); 4] =
-    [(FLASH_BASE, FLASH_SIZE), (0, FLASH_SIZE), (RAM_BASE, RAM_SIZE), (CCM_BASE, CCM_SIZE)];
+const CODE_AREAS: [(u32, usize); 4] = [
+    (FLASH_BASE, FLASH_SIZE),
+    (0, FLASH_SIZE),
+    (RAM_BASE, RAM_SIZE),
+    (CCM_BASE, CCM_SIZE),
+];
 /// How often a busy core's log is looked at, cycles.
 const LOG_INTERVAL: Cycles = 150_000;
 const WFE: u16 = 0xBF20;
@@ -113,7 +122,8 @@ pub(super) struct Context {
     pub(super) cycles: Cycles,
     /// From when on a block's start needs a closer look.
     attention: Cycles,
-    /// When the run ends at the latest.
+    /// When the run ends at the latest: true time, and what that is in cycles as the clock runs now.
+    stop_s: f64,
     stop_at: Cycles,
     /// The run also ends when so many characters wait, or none follows.
     most_sent: Option<usize>,
@@ -145,6 +155,7 @@ impl Machine {
             bus,
             cycles: 0,
             attention: 0,
+            stop_s: 0.0,
             stop_at: 0,
             most_sent: None,
             blocks: CODE_AREAS.map(|(base, size)| BlockTable::new(base, size)),
@@ -180,9 +191,11 @@ impl Machine {
         &mut self.context_mut().bus
     }
 
-    /// Runs until the instant `until` of the core's clock, or a little beyond: to the end of a basic block.
-    pub fn run(&mut self, until: Cycles) -> Result<(), Stop> {
-        self.context_mut().stop_at = until;
+    /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.
+    pub fn run(&mut self, until_s: f64) -> Result<(), Stop> {
+        let context = self.context_mut();
+        context.stop_s = until_s;
+        context.stop_at = context.bus.timebase.cycles(until_s);
         loop {
             let context = self.context_mut();
             let now = context.cycles;
@@ -203,9 +216,9 @@ impl Machine {
 
     /// As [`Self::run`], but also stops when the transmitter has been silent for two character times after at least
     /// one character, or `most` characters wait to be collected.
-    pub fn run_until_silent(&mut self, until: Cycles, most: usize) -> Result<(), Stop> {
+    pub fn run_until_silent(&mut self, until_s: f64, most: usize) -> Result<(), Stop> {
         self.context_mut().most_sent = Some(most);
-        let result = self.run(until);
+        let result = self.run(until_s);
         self.context_mut().most_sent = None;
         result
     }
@@ -234,19 +247,28 @@ impl Machine {
     /// Goes on at `address` with the exclusive monitor cleared.
     pub(super) fn jump_clearing_monitor(&mut self, address: u32) {
         let thumb_address = address | 1;
-        assert!(self.stub.write(STUB_TARGET, &thumb_address.to_le_bytes()), "it fits");
+        assert!(
+            self.stub.write(STUB_TARGET, &thumb_address.to_le_bytes()),
+            "it fits"
+        );
         self.set_register(RegisterARM::PC, STUB_BASE | 1);
     }
 
     /// A half-word of memory as the core sees it, if there is any.
     pub(super) fn half_word(&self, address: u32) -> Option<u16> {
         let mut bytes = [0; 2];
-        self.uc.mem_read(u64::from(address), &mut bytes).ok().map(|()| u16::from_le_bytes(bytes))
+        self.uc
+            .mem_read(u64::from(address), &mut bytes)
+            .ok()
+            .map(|()| u16::from_le_bytes(bytes))
     }
 
     pub(super) fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
-        self.uc.mem_read(u64::from(address), &mut bytes).ok().map(|()| u32::from_le_bytes(bytes))
+        self.uc
+            .mem_read(u64::from(address), &mut bytes)
+            .ok()
+            .map(|()| u32::from_le_bytes(bytes))
     }
 
     fn emulate(&mut self) -> Result<(), uc_error> {
@@ -369,7 +391,11 @@ impl Machine {
             if watch == self.context().watched[bank] {
                 continue;
             }
-            let rights = if watch { Prot::EXEC } else { Prot::READ | Prot::EXEC };
+            let rights = if watch {
+                Prot::EXEC
+            } else {
+                Prot::READ | Prot::EXEC
+            };
             for base in [FLASH_BASE, 0] {
                 let start = u64::from(base) + (bank * BANK_SIZE) as u64;
                 self.uc
@@ -397,7 +423,12 @@ impl Machine {
         context.attention = 0;
         context.log.restart();
         self.set_register(RegisterARM::XPSR, 0x0100_0000);
-        for register in [RegisterARM::PRIMASK, RegisterARM::BASEPRI, RegisterARM::FAULTMASK, RegisterARM::CONTROL] {
+        for register in [
+            RegisterARM::PRIMASK,
+            RegisterARM::BASEPRI,
+            RegisterARM::FAULTMASK,
+            RegisterARM::CONTROL,
+        ] {
             self.set_register(register, 0);
         }
         self.set_register(RegisterARM::FPSCR, 0);
@@ -420,6 +451,10 @@ impl Context {
     fn catch_up(&mut self, address: u32) {
         self.bus.near_pc = address;
         self.bus.run_events(self.cycles);
+        if self.bus.clock_changed {
+            self.bus.clock_changed = false;
+            self.stop_at = self.bus.timebase.cycles(self.stop_s);
+        }
         self.stall_on_busy_bank(address);
         if self.cycles >= self.log_due {
             self.poll_log();
@@ -452,25 +487,38 @@ impl Context {
             // Nothing but the watchdog ends this; there is no use in counting every turn.
             self.cycles = self.cycles.max(self.bus.next_event().min(self.end()));
         }
-        if self.cycles >= self.end() { Pause::TimeOver } else { Pause::None }
+        if self.cycles >= self.end() {
+            Pause::TimeOver
+        } else {
+            Pause::None
+        }
     }
 
     /// When the run ends, as far as can be said now.
     fn end(&self) -> Cycles {
-        let Some(most) = self.most_sent else { return self.stop_at };
+        let Some(most) = self.most_sent else {
+            return self.stop_at;
+        };
         match self.bus.lpuart.sent_len() {
             0 => self.stop_at,
             sent if sent >= most => 0,
-            _ => self.bus.lpuart.silent_at().unwrap_or(NEVER).min(self.stop_at),
+            _ => self
+                .bus
+                .lpuart
+                .silent_at()
+                .unwrap_or(NEVER)
+                .min(self.stop_at),
         }
     }
 
     fn spins_at(&self, address: u32) -> bool {
         let mut bytes = [0; 2];
         let found = match address {
-            FLASH_BASE..=0x0807_FFFF => {
-                self.bus.flash_memory.block().read((address - FLASH_BASE) as usize, &mut bytes)
-            }
+            FLASH_BASE..=0x0807_FFFF => self
+                .bus
+                .flash_memory
+                .block()
+                .read((address - FLASH_BASE) as usize, &mut bytes),
             RAM_BASE..=0x2001_FFFF => self.bus.ram.read((address - RAM_BASE) as usize, &mut bytes),
             _ => false,
         };
@@ -479,8 +527,14 @@ impl Context {
 
     /// The core cannot fetch from a bank that is being programmed or erased: it waits.
     fn stall_on_busy_bank(&mut self, address: u32) {
-        let Some(busy) = self.bus.flash.busy_bank() else { return };
-        let offset = if address < FLASH_SIZE as u32 { address } else { address.wrapping_sub(FLASH_BASE) };
+        let Some(busy) = self.bus.flash.busy_bank() else {
+            return;
+        };
+        let offset = if address < FLASH_SIZE as u32 {
+            address
+        } else {
+            address.wrapping_sub(FLASH_BASE)
+        };
         if offset as usize / BANK_SIZE == busy {
             self.wait_for_flash();
         }
@@ -498,8 +552,15 @@ impl Context {
         match self.sleep {
             None => true,
             // PRIMASK does not keep the core from waking (ARMv7-M B1.5.19).
-            Some(Sleep::ForInterrupt) => nvic.to_take(Masks { primask: false, ..masks }).is_some(),
-            Some(Sleep::ForEvent) => nvic.to_take(masks).is_some() || (nvic.event_on_pend() && nvic.any_pending()),
+            Some(Sleep::ForInterrupt) => nvic
+                .to_take(Masks {
+                    primask: false,
+                    ..masks
+                })
+                .is_some(),
+            Some(Sleep::ForEvent) => {
+                nvic.to_take(masks).is_some() || (nvic.event_on_pend() && nvic.any_pending())
+            }
         }
     }
 
@@ -538,11 +599,21 @@ fn map_memories(uc: &mut Unicorn<'static, Context>, stub: &Block) -> Result<(), 
     let flash = bus.flash_memory.block();
     let regions = [
         (FLASH_BASE, BANK_SIZE, code, flash.address(0)),
-        (FLASH_BASE + BANK_SIZE as u32, BANK_SIZE, code, flash.address(BANK_SIZE)),
+        (
+            FLASH_BASE + BANK_SIZE as u32,
+            BANK_SIZE,
+            code,
+            flash.address(BANK_SIZE),
+        ),
         (0, BANK_SIZE, code, flash.address(0)),
         (BANK_SIZE as u32, BANK_SIZE, code, flash.address(BANK_SIZE)),
         (RAM_BASE, RAM_SIZE, Prot::ALL, bus.ram.address(0)),
-        (CCM_BASE, CCM_SIZE, Prot::ALL, bus.ram.address(RAM_SIZE - CCM_SIZE)),
+        (
+            CCM_BASE,
+            CCM_SIZE,
+            Prot::ALL,
+            bus.ram.address(RAM_SIZE - CCM_SIZE),
+        ),
         (SYSTEM_BASE, SYSTEM_SIZE, Prot::READ, bus.system.address(0)),
         (STUB_BASE, 4096, code, stub.address(0)),
     ];
@@ -561,16 +632,22 @@ fn map_registers(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
         uc.mmio_map(
             u64::from(base),
             size,
-            Some(move |uc: &mut Unicorn<'_, Context>, offset: u64, size: usize| {
-                let context = uc.get_data_mut();
-                context.before_access();
-                u64::from(context.bus.read(base + offset as u32, size as u32))
-            }),
-            Some(move |uc: &mut Unicorn<'_, Context>, offset: u64, size: usize, value: u64| {
-                let context = uc.get_data_mut();
-                context.before_access();
-                context.bus.write(base + offset as u32, value as u32, size as u32);
-            }),
+            Some(
+                move |uc: &mut Unicorn<'_, Context>, offset: u64, size: usize| {
+                    let context = uc.get_data_mut();
+                    context.before_access();
+                    u64::from(context.bus.read(base + offset as u32, size as u32))
+                },
+            ),
+            Some(
+                move |uc: &mut Unicorn<'_, Context>, offset: u64, size: usize, value: u64| {
+                    let context = uc.get_data_mut();
+                    context.before_access();
+                    context
+                        .bus
+                        .write(base + offset as u32, value as u32, size as u32);
+                },
+            ),
         )?;
     }
     Ok(())
@@ -583,7 +660,10 @@ fn add_hooks(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
         let _ = uc.emu_stop();
     })?;
     uc.add_mem_hook(HookType::MEM_UNMAPPED, 1, 0, |uc, kind, address, _, _| {
-        uc.get_data_mut().bad_access = Some(BadAccess { kind, address: address as u32 });
+        uc.get_data_mut().bad_access = Some(BadAccess {
+            kind,
+            address: address as u32,
+        });
         false
     })?;
     uc.add_mem_hook(HookType::MEM_PROT, 1, 0, on_protected)?;
@@ -593,7 +673,10 @@ fn add_hooks(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
 fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
     let address = address as u32;
     let context = uc.get_data_mut();
-    if context.cycles >= context.attention && address & 0xFFFF_F000 != STUB_BASE && !may_run(uc, address) {
+    if context.cycles >= context.attention
+        && address & 0xFFFF_F000 != STUB_BASE
+        && !may_run(uc, address)
+    {
         let _ = uc.emu_stop();
         return;
     }
@@ -613,14 +696,21 @@ fn may_run(uc: &mut Unicorn<'_, Context>, address: u32) -> bool {
     let context = uc.get_data_mut();
     context.catch_up(address);
     let (masks, in_it_block) = if context.masks_matter(address) {
-        (masks_of(uc), register_of(uc, RegisterARM::XPSR) & 0x0600_FC00 != 0)
+        (
+            masks_of(uc),
+            register_of(uc, RegisterARM::XPSR) & 0x0600_FC00 != 0,
+        )
     } else {
         (Masks::default(), false)
     };
     let context = uc.get_data_mut();
     context.pause = context.reason_to_pause(address, masks, in_it_block);
     let bus = &context.bus;
-    context.attention = if bus.nvic.may_preempt() { 0 } else { bus.next_event().min(context.end()) };
+    context.attention = if bus.nvic.may_preempt() {
+        0
+    } else {
+        bus.next_event().min(context.end())
+    };
     context.pause == Pause::None
 }
 
@@ -635,13 +725,24 @@ fn area_of(address: u32) -> usize {
 }
 
 #[cold]
-fn decode_block(uc: &mut Unicorn<'_, Context>, area: usize, address: u32, size: u32) -> instructions::BlockInfo {
+fn decode_block(
+    uc: &mut Unicorn<'_, Context>,
+    area: usize,
+    address: u32,
+    size: u32,
+) -> instructions::BlockInfo {
     if address & 0xFFFF_F000 == STUB_BASE {
-        return instructions::BlockInfo { instructions: 0, sends_event: false };
+        return instructions::BlockInfo {
+            instructions: 0,
+            sends_event: false,
+        };
     }
     let mut code = vec![0; size as usize];
     if uc.mem_read(u64::from(address), &mut code).is_err() {
-        return instructions::BlockInfo { instructions: 1, sends_event: false };
+        return instructions::BlockInfo {
+            instructions: 1,
+            sends_event: false,
+        };
     }
     let info = instructions::decode(&code);
     uc.get_data_mut().blocks[area].insert(address, size, info);
@@ -650,7 +751,13 @@ fn decode_block(uc: &mut Unicorn<'_, Context>, area: usize, address: u32, size: 
 
 /// A store into flash is for the flash interface to judge; a read of a watched bank may have to wait, or find a torn
 /// word. Anything else is a fault.
-fn on_protected(uc: &mut Unicorn<'_, Context>, kind: MemType, address: u64, size: usize, value: i64) -> bool {
+fn on_protected(
+    uc: &mut Unicorn<'_, Context>,
+    kind: MemType,
+    address: u64,
+    size: usize,
+    value: i64,
+) -> bool {
     let context = uc.get_data_mut();
     let address = address as u32;
     let offset = match address {

@@ -73,7 +73,11 @@ impl Machine {
         if control & FPCA != 0 && !self.context().bus.nvic.fpu_on() {
             let now_s = self.bus().now_s();
             let detail = format!("before {return_address:#010x}: the chip would have faulted");
-            self.context_mut().bus.remarks.state(now_s, "the FPU was used while it is off (CPACR)", &detail);
+            self.context_mut().bus.remarks.state(
+                now_s,
+                "the FPU was used while it is off (CPACR)",
+                &detail,
+            );
         }
         if !self.push_frame(return_address, extended) {
             return self.stacking_failed(exception, return_address);
@@ -102,7 +106,10 @@ impl Machine {
         self.refresh_mode();
         let handler = self.word(vector).unwrap_or(0);
         if handler & 1 == 0 {
-            self.note(&format!("the vector of {} is {handler:#010x}", exception_name(exception)));
+            self.note(&format!(
+                "the vector of {} is {handler:#010x}",
+                exception_name(exception)
+            ));
             if exception == HARD_FAULT {
                 return Err(self.lock_up(Fault::BadVector));
             }
@@ -127,7 +134,8 @@ impl Machine {
             self.set_register(RegisterARM::FAULTMASK, 0);
         }
         let from_process_stack = exc_return & 0x4 != 0;
-        let Some(return_address) = self.pop_frame(from_process_stack, exc_return & 0x10 == 0) else {
+        let Some(return_address) = self.pop_frame(from_process_stack, exc_return & 0x10 == 0)
+        else {
             return self.fault(Fault::Unstacking, exc_return);
         };
         if to_thread && self.context().bus.nvic.sleeps_on_exit() {
@@ -143,7 +151,11 @@ impl Machine {
 
     /// Pushes a frame onto the stack in use; false if there is no memory.
     fn push_frame(&mut self, return_address: u32, extended: bool) -> bool {
-        let words = if extended { EXTENDED_WORDS } else { BASIC_WORDS };
+        let words = if extended {
+            EXTENDED_WORDS
+        } else {
+            BASIC_WORDS
+        };
         let sp = self.register(RegisterARM::SP);
         let align = self.context().bus.nvic.aligns_frames();
         let realigned = align && sp & 4 != 0;
@@ -156,12 +168,18 @@ impl Machine {
         let xpsr = self.register(RegisterARM::XPSR) & !FRAME_ALIGNED;
         content[7] = xpsr | 0x0100_0000 | if realigned { FRAME_ALIGNED } else { 0 };
         if extended {
-            for (index, word) in content[BASIC_WORDS..BASIC_WORDS + 16].iter_mut().enumerate() {
+            for (index, word) in content[BASIC_WORDS..BASIC_WORDS + 16]
+                .iter_mut()
+                .enumerate()
+            {
                 *word = self.register_by_number(RegisterARM::S0 as i32 + index as i32);
             }
             content[24] = self.register(RegisterARM::FPSCR);
         }
-        let bytes: Vec<u8> = content[..words].iter().flat_map(|word| word.to_le_bytes()).collect();
+        let bytes: Vec<u8> = content[..words]
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .collect();
         self.set_register(RegisterARM::SP, frame);
         if extended {
             let default = self.context().bus.nvic.default_fpscr();
@@ -172,13 +190,28 @@ impl Machine {
 
     /// Pops a frame and restores what it holds; the return address, or none if there is no memory.
     fn pop_frame(&mut self, from_process_stack: bool, extended: bool) -> Option<u32> {
-        let words = if extended { EXTENDED_WORDS } else { BASIC_WORDS };
-        let stack = if from_process_stack { RegisterARM::PSP } else { RegisterARM::MSP };
+        let words = if extended {
+            EXTENDED_WORDS
+        } else {
+            BASIC_WORDS
+        };
+        let stack = if from_process_stack {
+            RegisterARM::PSP
+        } else {
+            RegisterARM::MSP
+        };
         let frame = self.register(stack);
         let mut bytes = [0; 4 * EXTENDED_WORDS];
-        self.uc.mem_read(u64::from(frame), &mut bytes[..4 * words]).ok()?;
+        self.uc
+            .mem_read(u64::from(frame), &mut bytes[..4 * words])
+            .ok()?;
         let word = |index: usize| {
-            u32::from_le_bytes([bytes[4 * index], bytes[4 * index + 1], bytes[4 * index + 2], bytes[4 * index + 3]])
+            u32::from_le_bytes([
+                bytes[4 * index],
+                bytes[4 * index + 1],
+                bytes[4 * index + 2],
+                bytes[4 * index + 3],
+            ])
         };
         let xpsr = word(7);
         let padding = if xpsr & FRAME_ALIGNED != 0 { 4 } else { 0 };
@@ -188,7 +221,10 @@ impl Machine {
         }
         if extended {
             for index in 0..16 {
-                self.set_register_by_number(RegisterARM::S0 as i32 + index, word(BASIC_WORDS + index as usize));
+                self.set_register_by_number(
+                    RegisterARM::S0 as i32 + index,
+                    word(BASIC_WORDS + index as usize),
+                );
             }
             self.set_register(RegisterARM::FPSCR, word(24));
         }
@@ -201,10 +237,16 @@ impl Machine {
         if xpsr & 0x1FF == 0 {
             let privilege = self.register(RegisterARM::CONTROL) & 1;
             let stack = if process_stack { SPSEL } else { 0 };
-            self.set_register(RegisterARM::CONTROL, privilege | stack | if fp_context { FPCA } else { 0 });
+            self.set_register(
+                RegisterARM::CONTROL,
+                privilege | stack | if fp_context { FPCA } else { 0 },
+            );
         } else {
             let control = self.register(RegisterARM::CONTROL) & !FPCA;
-            self.set_register(RegisterARM::CONTROL, control | if fp_context { FPCA } else { 0 });
+            self.set_register(
+                RegisterARM::CONTROL,
+                control | if fp_context { FPCA } else { 0 },
+            );
         }
         self.refresh_mode();
     }

@@ -83,7 +83,9 @@ impl Fault {
             Self::ReadOnly(address) => (MEM_MANAGE, 1 << 1 | 1 << 7, Some(address)),
             Self::Unstacking => (BUS_FAULT, 1 << 11, None),
             Self::Stacking => (BUS_FAULT, 1 << 12, None),
-            Self::Breakpoint | Self::SupervisorCallMasked | Self::BadVector | Self::Spinning => (HARD_FAULT, 0, None),
+            Self::Breakpoint | Self::SupervisorCallMasked | Self::BadVector | Self::Spinning => {
+                (HARD_FAULT, 0, None)
+            }
         }
     }
 }
@@ -136,12 +138,17 @@ pub fn exception_name(exception: usize) -> String {
 impl Machine {
     /// The emulator stopped with an error at `pc`.
     pub(super) fn fault_of_error(&mut self, error: uc_error, pc: u32) -> Result<(), Stop> {
-        let address = self.context().bad_access.map_or(pc, |access| access.address);
+        let address = self
+            .context()
+            .bad_access
+            .map_or(pc, |access| access.address);
         let fault = match error {
             uc_error::INSN_INVALID => Fault::UndefinedInstruction,
             uc_error::EXCEPTION => Fault::InvalidState,
             uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT => Fault::Fetch(address),
-            uc_error::READ_UNMAPPED | uc_error::WRITE_UNMAPPED | uc_error::READ_PROT => Fault::Access(address),
+            uc_error::READ_UNMAPPED | uc_error::WRITE_UNMAPPED | uc_error::READ_PROT => {
+                Fault::Access(address)
+            }
             uc_error::WRITE_PROT => Fault::ReadOnly(address),
             other => return Err(Stop::Emulator(other, pc)),
         };
@@ -181,7 +188,11 @@ impl Machine {
         if level < 0 || masks.faultmask {
             return Err(self.lock_up(fault));
         }
-        nvic.note_hard_fault(if fault == Fault::Breakpoint { DEBUG_EVENT } else { FORCED });
+        nvic.note_hard_fault(if fault == Fault::Breakpoint {
+            DEBUG_EVENT
+        } else {
+            FORCED
+        });
         self.note(&format!("HardFault at PC {pc:#010x}: {fault}"));
         self.context_mut().last_hard_fault = Some((fault, pc));
         Ok(HARD_FAULT)
@@ -201,7 +212,9 @@ impl Machine {
     fn halt(&mut self, reason: Fault, pc: u32) -> Stop {
         let exception = self.context().bus.nvic.vect_active() as usize;
         let history = match self.context().last_hard_fault {
-            Some((fault, at)) if exception == HARD_FAULT => format!(" (entered after: {fault}, at PC {at:#010x})"),
+            Some((fault, at)) if exception == HARD_FAULT => {
+                format!(" (entered after: {fault}, at PC {at:#010x})")
+            }
             _ => String::new(),
         };
         Stop::Halted(Box::new(Halt {

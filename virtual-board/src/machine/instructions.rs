@@ -29,13 +29,18 @@ pub struct BlockTable {
 impl BlockTable {
     /// An empty table for the memory of `size` bytes at `base`.
     pub fn new(base: u32, size: usize) -> Self {
-        Self { base, entries: vec![0; size / 2] }
+        Self {
+            base,
+            entries: vec![0; size / 2],
+        }
     }
 
     /// The block at `address`, `size` bytes long, if it has been decoded.
     #[inline]
     pub fn get(&self, address: u32, size: u32) -> Option<BlockInfo> {
-        let entry = *self.entries.get((address.wrapping_sub(self.base) / 2) as usize)?;
+        let entry = *self
+            .entries
+            .get((address.wrapping_sub(self.base) / 2) as usize)?;
         (entry & (KNOWN | FIELD) == KNOWN | size).then_some(BlockInfo {
             instructions: (entry >> COUNT_SHIFT) & FIELD,
             sends_event: entry & EVENT != 0,
@@ -44,8 +49,14 @@ impl BlockTable {
 
     /// Remembers a block.
     pub fn insert(&mut self, address: u32, size: u32, info: BlockInfo) {
-        if let Some(entry) = self.entries.get_mut((address.wrapping_sub(self.base) / 2) as usize) {
-            *entry = KNOWN | u32::from(info.sends_event) << 30 | info.instructions << COUNT_SHIFT | (size & FIELD);
+        if let Some(entry) = self
+            .entries
+            .get_mut((address.wrapping_sub(self.base) / 2) as usize)
+        {
+            *entry = KNOWN
+                | u32::from(info.sends_event) << 30
+                | info.instructions << COUNT_SHIFT
+                | (size & FIELD);
         }
     }
 
@@ -59,8 +70,13 @@ impl BlockTable {
 pub fn decode(code: &[u8]) -> BlockInfo {
     const SEV: u16 = 0xBF40;
     const SEV_WIDE: [u16; 2] = [0xF3AF, 0x8004];
-    let mut info = BlockInfo { instructions: 0, sends_event: false };
-    let mut halves = code.chunks_exact(2).map(|half| u16::from_le_bytes([half[0], half[1]]));
+    let mut info = BlockInfo {
+        instructions: 0,
+        sends_event: false,
+    };
+    let mut halves = code
+        .chunks_exact(2)
+        .map(|half| u16::from_le_bytes([half[0], half[1]]));
     while let Some(first) = halves.next() {
         info.instructions += 1;
         info.sends_event |= first == SEV;
@@ -80,7 +96,13 @@ mod tests {
     fn counts_narrow_and_wide_instructions() {
         // movs r0, #1; ldr.w r0, [r1]; bx lr
         let code = [0x01, 0x20, 0xD1, 0xF8, 0x00, 0x00, 0x70, 0x47];
-        assert_eq!(decode(&code), BlockInfo { instructions: 3, sends_event: false });
+        assert_eq!(
+            decode(&code),
+            BlockInfo {
+                instructions: 3,
+                sends_event: false
+            }
+        );
     }
 
     #[test]
@@ -94,7 +116,10 @@ mod tests {
     #[test]
     fn a_block_of_another_length_is_not_the_one_remembered() {
         let mut table = BlockTable::new(0x0800_0000, 1024);
-        let info = BlockInfo { instructions: 5, sends_event: true };
+        let info = BlockInfo {
+            instructions: 5,
+            sends_event: true,
+        };
         table.insert(0x0800_0010, 12, info);
         assert_eq!(table.get(0x0800_0010, 12), Some(info));
         assert_eq!(table.get(0x0800_0010, 10), None);

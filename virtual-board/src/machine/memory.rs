@@ -53,7 +53,10 @@ impl Block {
     /// # Panics
     /// If `size` is zero or no multiple of 4096: sizes are constants of the chip.
     pub fn new(size: usize) -> Self {
-        assert!(size > 0 && size.is_multiple_of(HOST_PAGE), "memory of {size} bytes");
+        assert!(
+            size > 0 && size.is_multiple_of(HOST_PAGE),
+            "memory of {size} bytes"
+        );
         let layout = Layout::from_size_align(size, HOST_PAGE).expect("a constant size");
         // SAFETY: the layout's size is not zero.
         let start = unsafe { alloc_zeroed(layout) };
@@ -79,11 +82,18 @@ impl Block {
     /// Copies bytes out of the block; false (and nothing copied) if they are not all inside of it.
     #[must_use]
     pub fn read(&self, offset: usize, into: &mut [u8]) -> bool {
-        let inside = offset.checked_add(into.len()).is_some_and(|end| end <= self.size());
+        let inside = offset
+            .checked_add(into.len())
+            .is_some_and(|end| end <= self.size());
         if inside {
             // SAFETY: the range is inside of the allocation, and `into` is memory of its own: no reference to the
             // block's bytes exists.
-            unsafe { self.start.as_ptr().add(offset).copy_to_nonoverlapping(into.as_mut_ptr(), into.len()) };
+            unsafe {
+                self.start
+                    .as_ptr()
+                    .add(offset)
+                    .copy_to_nonoverlapping(into.as_mut_ptr(), into.len())
+            };
         }
         inside
     }
@@ -91,10 +101,17 @@ impl Block {
     /// Copies bytes into the block; false (and nothing copied) if they do not all fit.
     #[must_use]
     pub fn write(&mut self, offset: usize, bytes: &[u8]) -> bool {
-        let inside = offset.checked_add(bytes.len()).is_some_and(|end| end <= self.size());
+        let inside = offset
+            .checked_add(bytes.len())
+            .is_some_and(|end| end <= self.size());
         if inside {
             // SAFETY: as in `read`.
-            unsafe { self.start.as_ptr().add(offset).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+            unsafe {
+                self.start
+                    .as_ptr()
+                    .add(offset)
+                    .copy_from_nonoverlapping(bytes.as_ptr(), bytes.len())
+            };
         }
         inside
     }
@@ -102,7 +119,8 @@ impl Block {
     /// A little-endian word, if it is inside of the block.
     pub fn word(&self, offset: usize) -> Option<u32> {
         let mut bytes = [0; 4];
-        self.read(offset, &mut bytes).then(|| u32::from_le_bytes(bytes))
+        self.read(offset, &mut bytes)
+            .then(|| u32::from_le_bytes(bytes))
     }
 }
 
@@ -148,14 +166,28 @@ pub struct FlashMemory {
 impl FlashMemory {
     /// Opens the file of the flash memory, or creates it erased.
     pub fn open(path: &Path) -> Result<Self, FlashFileError> {
-        let io = |source| FlashFileError::Io { path: path.to_owned(), source };
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io)?;
+        let io = |source| FlashFileError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(io)?;
         let found = file.metadata().map_err(io)?.len();
         let mut content = vec![0xFF; flash::SIZE];
         match found as usize {
             0 => file.write_all_at(&content, 0).map_err(io)?,
             flash::SIZE => file.read_exact_at(&mut content, 0).map_err(io)?,
-            _ => return Err(FlashFileError::Size { path: path.to_owned(), found }),
+            _ => {
+                return Err(FlashFileError::Size {
+                    path: path.to_owned(),
+                    found,
+                });
+            }
         }
         let mut block = Block::new(flash::SIZE);
         assert!(block.write(0, &content), "sizes agree");

@@ -32,7 +32,10 @@ pub fn build(unique_id: [u8; 12], vrefint_v: f64) -> Block {
     let code = |volt: f64| ((volt / CALIBRATION_SUPPLY_V * 4096.0).round() as u16).to_le_bytes();
     let mut block = Block::new(SYSTEM_SIZE);
     let mut put = |address: u32, bytes: &[u8]| {
-        assert!(block.write((address - SYSTEM_BASE) as usize, bytes), "addresses are constants");
+        assert!(
+            block.write((address - SYSTEM_BASE) as usize, bytes),
+            "addresses are constants"
+        );
     };
     put(UNIQUE_ID, &unique_id);
     put(VREFINT_CAL, &code(vrefint_v));

@@ -120,7 +120,11 @@ impl Adc {
     /// Back to the state after reset; imperfection, noise and clock stay.
     pub fn reset(&mut self) {
         let fresh = Self::new(self.imperfection, self.noise.clone());
-        *self = Self { adc_hz: self.adc_hz, core_hz: self.core_hz, ..fresh };
+        *self = Self {
+            adc_hz: self.adc_hz,
+            core_hz: self.core_hz,
+            ..fresh
+        };
     }
 
     /// Sets the converter's clock after its prescaler, and the core's, Hz.
@@ -166,14 +170,18 @@ impl Adc {
             0x0C => {
                 self.cfgr = value;
                 if value & 0x07FF_C000 != 0 {
-                    return Err(Unmodelled("auto-delay, alignment, discontinuous mode and analog watchdogs"));
+                    return Err(Unmodelled(
+                        "auto-delay, alignment, discontinuous mode and analog watchdogs",
+                    ));
                 }
             }
             0x10 if busy && value != self.cfgr2 => return Err(BUSY),
             0x10 => {
                 self.cfgr2 = value;
                 if value & 0x0E01_0202 != 0 {
-                    return Err(Unmodelled("triggered oversampling, injected oversampling, gain compensation"));
+                    return Err(Unmodelled(
+                        "triggered oversampling, injected oversampling, gain compensation",
+                    ));
                 }
             }
             0x14 | 0x18 if busy => return Err(BUSY),
@@ -215,7 +223,9 @@ impl Adc {
 
     /// When [`Self::advance`] must be called next.
     pub fn next_event(&self) -> Cycles {
-        self.conversion.map_or(NEVER, |conversion| conversion.done_at).min(self.transition_at)
+        self.conversion
+            .map_or(NEVER, |conversion| conversion.done_at)
+            .min(self.transition_at)
     }
 
     /// Carries out what happens up to `now`. `input` gives the voltage of an input at an instant, as a fraction of
@@ -237,7 +247,8 @@ impl Adc {
     fn control(&mut self, value: u32, now: Cycles) -> Write {
         let off = self.cr & (ADCAL | ADSTART | ADSTP | ADDIS | ADEN) == 0;
         if off {
-            self.cr = (self.cr & !(DEEPPWD | ADVREGEN | ADCALDIF)) | (value & (DEEPPWD | ADVREGEN | ADCALDIF));
+            self.cr = (self.cr & !(DEEPPWD | ADVREGEN | ADCALDIF))
+                | (value & (DEEPPWD | ADVREGEN | ADCALDIF));
         }
         let powered = self.cr & (ADVREGEN | DEEPPWD) == ADVREGEN;
         if value & ADCAL != 0 && off && powered {
@@ -247,7 +258,9 @@ impl Adc {
             self.cr |= ADEN;
             self.transition_at = now + self.half_clocks(2 * ENABLE_CLOCKS);
         } else if value & (ADCAL | ADEN) & !self.cr != 0 {
-            return Err(Unmodelled("ignored by hardware: ADCAL or ADEN without regulator or while not off"));
+            return Err(Unmodelled(
+                "ignored by hardware: ADCAL or ADEN without regulator or while not off",
+            ));
         }
         if value & ADDIS != 0 && self.cr & (ADEN | ADSTART | ADDIS) == ADEN {
             self.cr |= ADDIS;
@@ -257,10 +270,15 @@ impl Adc {
             self.conversion = None;
             self.cr &= !ADSTART;
         }
-        if value & ADSTART != 0 && value & ADSTP == 0 && self.cr & (ADEN | ADDIS | ADSTART) == ADEN {
+        if value & ADSTART != 0 && value & ADSTP == 0 && self.cr & (ADEN | ADDIS | ADSTART) == ADEN
+        {
             self.start(now);
         }
-        if value & JADSTART != 0 { Err(Unmodelled("injected conversions")) } else { Ok(()) }
+        if value & JADSTART != 0 {
+            Err(Unmodelled("injected conversions"))
+        } else {
+            Ok(())
+        }
     }
 
     fn start(&mut self, now: Cycles) {
@@ -274,7 +292,11 @@ impl Adc {
         if self.cr & ADCAL != 0 {
             self.cr &= !ADCAL;
             // A plausible factor: half of the range. The model's errors are what remains after calibration.
-            self.calfact = if self.cr & ADCALDIF != 0 { self.calfact | 0x40 << 16 } else { self.calfact | 0x40 };
+            self.calfact = if self.cr & ADCALDIF != 0 {
+                self.calfact | 0x40 << 16
+            } else {
+                self.calfact | 0x40
+            };
         } else if self.cr & ADDIS != 0 {
             self.cr &= !(ADDIS | ADEN);
             self.isr &= !ADRDY;
@@ -285,17 +307,29 @@ impl Adc {
 
     /// Half cycles of the ADC clock in cycles of the core.
     fn half_clocks(&self, count: u64) -> Cycles {
-        if self.adc_hz == 0 { NEVER / 2 } else { (count * self.core_hz + self.adc_hz) / (2 * self.adc_hz) }
+        if self.adc_hz == 0 {
+            NEVER / 2
+        } else {
+            (count * self.core_hz + self.adc_hz) / (2 * self.adc_hz)
+        }
     }
 
     fn conversions_per_rank(&self) -> u64 {
-        if bit(self.cfgr2, 0) { 2 << field(self.cfgr2, 2, 3) } else { 1 }
+        if bit(self.cfgr2, 0) {
+            2 << field(self.cfgr2, 2, 3)
+        } else {
+            1
+        }
     }
 
     /// Sampling time of an input in half cycles of the ADC clock.
     fn sampling(&self, channel: u8) -> u64 {
         const HALF_CLOCKS: [u64; 8] = [5, 13, 25, 49, 95, 185, 495, 1281];
-        let (register, index) = if channel < 10 { (0, channel) } else { (1, channel - 10) };
+        let (register, index) = if channel < 10 {
+            (0, channel)
+        } else {
+            (1, channel - 10)
+        };
         HALF_CLOCKS[field(self.smpr[register], 3 * u32::from(index), 3) as usize]
     }
 
@@ -316,11 +350,14 @@ impl Adc {
     /// The sum of a rank's conversions of an input at `fraction` of the reference.
     fn convert(&mut self, fraction: f64) -> u32 {
         let dropped_bits = 2 * field(self.cfgr, 3, 2);
-        let ideal = fraction * 4096.0 * (1.0 + self.imperfection.gain_error) + self.imperfection.offset_lsb;
+        let ideal =
+            fraction * 4096.0 * (1.0 + self.imperfection.gain_error) + self.imperfection.offset_lsb;
         let sum: u32 = (0..self.conversions_per_rank())
             .map(|_| {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
-                let code = (ideal + self.imperfection.noise_lsb * noise).round().clamp(0.0, 4095.0);
+                let code = (ideal + self.imperfection.noise_lsb * noise)
+                    .round()
+                    .clamp(0.0, 4095.0);
                 code as u32 >> dropped_bits
             })
             .sum();
@@ -382,11 +419,17 @@ impl AdcCommon {
         match offset {
             0x08 if any_enabled && (value ^ self.ccr) & LOCKED != 0 => {
                 self.ccr = (self.ccr & LOCKED) | (value & !LOCKED);
-                Err(Unmodelled("ignored by hardware: dual mode or clock written while a converter is on"))
+                Err(Unmodelled(
+                    "ignored by hardware: dual mode or clock written while a converter is on",
+                ))
             }
             0x08 => {
                 self.ccr = value;
-                if field(value, 0, 5) != 0 { Err(Unmodelled("dual mode")) } else { Ok(()) }
+                if field(value, 0, 5) != 0 {
+                    Err(Unmodelled("dual mode"))
+                } else {
+                    Ok(())
+                }
             }
             _ => Err(NO_SUCH_REGISTER),
         }
@@ -394,7 +437,9 @@ impl AdcCommon {
 
     /// The converters' clock, Hz, from their kernel clock and the bus clock (CCR.CKMODE, CCR.PRESC).
     pub fn clock(&self, kernel_hz: u32, bus_hz: u32) -> u32 {
-        const PRESCALERS: [u32; 16] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256];
+        const PRESCALERS: [u32; 16] = [
+            1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256,
+        ];
         match field(self.ccr, 16, 2) {
             0 => kernel_hz / PRESCALERS[field(self.ccr, 18, 4) as usize],
             mode => bus_hz / [1, 1, 2, 4][mode as usize],

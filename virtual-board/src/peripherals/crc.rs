@@ -14,7 +14,13 @@ pub struct Crc {
 
 impl Default for Crc {
     fn default() -> Self {
-        Self { remainder: u32::MAX, scratch: 0, cr: 0, init: u32::MAX, polynomial: 0x04C1_1DB7 }
+        Self {
+            remainder: u32::MAX,
+            scratch: 0,
+            cr: 0,
+            init: u32::MAX,
+            polynomial: 0x04C1_1DB7,
+        }
     }
 }
 
@@ -78,7 +84,11 @@ impl Crc {
     }
 
     fn output(&self) -> u32 {
-        if bit(self.cr, 7) { self.remainder.reverse_bits() >> (32 - self.width()) } else { self.remainder }
+        if bit(self.cr, 7) {
+            self.remainder.reverse_bits() >> (32 - self.width())
+        } else {
+            self.remainder
+        }
     }
 }
 
@@ -89,6 +99,8 @@ fn reverse_groups(value: u32, bits: u32, group: u32) -> u32 {
     }
     let mask = u32::MAX >> (32 - group);
     (0..bits / group)
-        .map(|index| (((value >> (index * group)) & mask).reverse_bits() >> (32 - group)) << (index * group))
+        .map(|index| {
+            (((value >> (index * group)) & mask).reverse_bits() >> (32 - group)) << (index * group)
+        })
         .fold(0, |all, part| all | part)
 }

@@ -77,17 +77,28 @@ impl Debug {
     pub fn read_dbgmcu(&self, offset: u32) -> Read {
         match offset {
             0x00 => Ok(IDCODE),
-            _ => self.dbgmcu.get(offset as usize / 4).copied().ok_or(NO_SUCH_REGISTER),
+            _ => self
+                .dbgmcu
+                .get(offset as usize / 4)
+                .copied()
+                .ok_or(NO_SUCH_REGISTER),
         }
     }
 
     /// Writes a DBGMCU register.
     pub fn write_dbgmcu(&mut self, offset: u32, value: u32) -> Write {
-        *self.dbgmcu.get_mut(offset as usize / 4).ok_or(NO_SUCH_REGISTER)? = value;
+        *self
+            .dbgmcu
+            .get_mut(offset as usize / 4)
+            .ok_or(NO_SUCH_REGISTER)? = value;
         Ok(())
     }
 
     fn cycle_count(&self, now: Cycles) -> u32 {
-        if self.counting { self.counted.wrapping_add((now - self.counted_from) as u32) } else { self.counted }
+        if self.counting {
+            self.counted.wrapping_add((now - self.counted_from) as u32)
+        } else {
+            self.counted
+        }
     }
 }

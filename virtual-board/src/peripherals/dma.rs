@@ -81,7 +81,9 @@ impl Dma {
         let channel = &mut self.channels[index];
         match register {
             0x00 => return channel.control(value),
-            _ if bit(channel.ccr, EN) => return Err(Unmodelled("write to a DMA channel that is enabled")),
+            _ if bit(channel.ccr, EN) => {
+                return Err(Unmodelled("write to a DMA channel that is enabled"));
+            }
             0x04 => {
                 channel.count = value & 0xFFFF;
                 channel.reload = channel.count;
@@ -103,13 +105,29 @@ impl Dma {
         let channel = &self.channels[channel];
         let peripheral_size = 1 << field(channel.ccr, 8, 2).min(2);
         let memory_size = 1 << field(channel.ccr, 10, 2).min(2);
-        let step = |increments, size: u32| if bit(channel.ccr, increments) { channel.moved * size } else { 0 };
+        let step = |increments, size: u32| {
+            if bit(channel.ccr, increments) {
+                channel.moved * size
+            } else {
+                0
+            }
+        };
         let peripheral = channel.peripheral.wrapping_add(step(PINC, peripheral_size));
         let memory = channel.memory.wrapping_add(step(MINC, memory_size));
         if bit(channel.ccr, DIR) {
-            Transfer { from: memory, from_size: memory_size, to: peripheral, to_size: peripheral_size }
+            Transfer {
+                from: memory,
+                from_size: memory_size,
+                to: peripheral,
+                to_size: peripheral_size,
+            }
         } else {
-            Transfer { from: peripheral, from_size: peripheral_size, to: memory, to_size: memory_size }
+            Transfer {
+                from: peripheral,
+                from_size: peripheral_size,
+                to: memory,
+                to_size: memory_size,
+            }
         }
     }
 
@@ -143,7 +161,8 @@ impl Dma {
     /// Whether the channel's interrupt line is high.
     pub fn interrupt(&self, channel: usize) -> bool {
         // TCIE, HTIE, TEIE are bits 1 to 3 of CCR, as the flags are of their group.
-        field(self.flags, 4 * channel as u32, 4) & self.channels[channel].ccr & (TCIF | HTIF | TEIF) != 0
+        field(self.flags, 4 * channel as u32, 4) & self.channels[channel].ccr & (TCIF | HTIF | TEIF)
+            != 0
     }
 
     /// Clearing the global flag clears the whole group.
@@ -168,12 +187,20 @@ impl Channel {
             self.moved = 0;
             self.reload = self.count;
         }
-        if bit(value, EN) && bit(value, MEM2MEM) { Err(Unmodelled("memory-to-memory DMA")) } else { Ok(()) }
+        if bit(value, EN) && bit(value, MEM2MEM) {
+            Err(Unmodelled("memory-to-memory DMA"))
+        } else {
+            Ok(())
+        }
     }
 }
 
 fn locate(offset: u32) -> Result<(usize, u32), Unmodelled> {
     let from_first = offset.checked_sub(0x08).ok_or(NO_SUCH_REGISTER)?;
     let (channel, register) = (from_first as usize / 20, from_first % 20);
-    if channel < CHANNELS && register < 16 { Ok((channel, register)) } else { Err(NO_SUCH_REGISTER) }
+    if channel < CHANNELS && register < 16 {
+        Ok((channel, register))
+    } else {
+        Err(NO_SUCH_REGISTER)
+    }
 }

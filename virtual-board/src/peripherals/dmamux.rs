@@ -7,6 +7,9 @@ use super::{NO_SUCH_REGISTER, Read, Unmodelled, Write};
 /// Channels: eight of DMA1, then eight of DMA2.
 pub const CHANNELS: usize = 16;
 
+/// CCR.SE and SOIE: requests are passed on after a synchronisation signal only.
+const SYNCHRONISED: u32 = 1 << 16 | 1 << 8;
+
 /// Numbers of the requests that the modelled peripherals make (RM0440 table 91).
 pub mod request {
     /// A request in the interrupt-free sense: none.
@@ -30,7 +33,11 @@ impl Dmamux {
     pub fn read(&self, offset: u32) -> Read {
         match offset {
             0x80 => Ok(0),
-            _ => self.channels.get(offset as usize / 4).copied().ok_or(NO_SUCH_REGISTER),
+            _ => self
+                .channels
+                .get(offset as usize / 4)
+                .copied()
+                .ok_or(NO_SUCH_REGISTER),
         }
     }
 
@@ -39,8 +46,11 @@ impl Dmamux {
         if offset == 0x84 {
             return Ok(());
         }
-        *self.channels.get_mut(offset as usize / 4).ok_or(NO_SUCH_REGISTER)? = value;
-        match value & !0x7F {
+        *self
+            .channels
+            .get_mut(offset as usize / 4)
+            .ok_or(NO_SUCH_REGISTER)? = value;
+        match value & SYNCHRONISED {
             0 => Ok(()),
             _ => Err(Unmodelled("synchronisation of DMA requests")),
         }

@@ -22,16 +22,24 @@ pub struct Exti {
 
 impl Default for Exti {
     fn default() -> Self {
-        let direct = |interrupt_mask| Group { interrupt_mask, ..Group::default() };
+        let direct = |interrupt_mask| Group {
+            interrupt_mask,
+            ..Group::default()
+        };
         // Direct lines are unmasked after reset.
-        Self { groups: [direct(0x1F84_0000), direct(0x0000_079C)] }
+        Self {
+            groups: [direct(0x1F84_0000), direct(0x0000_079C)],
+        }
     }
 }
 
 impl Exti {
     /// Reads a register.
     pub fn read(&self, offset: u32) -> Read {
-        let group = self.groups.get(offset as usize / 0x20).ok_or(NO_SUCH_REGISTER)?;
+        let group = self
+            .groups
+            .get(offset as usize / 0x20)
+            .ok_or(NO_SUCH_REGISTER)?;
         Ok(match offset % 0x20 {
             0x00 => group.interrupt_mask,
             0x04 => group.event_mask,
@@ -45,7 +53,10 @@ impl Exti {
 
     /// Writes a register.
     pub fn write(&mut self, offset: u32, value: u32) -> Write {
-        let group = self.groups.get_mut(offset as usize / 0x20).ok_or(NO_SUCH_REGISTER)?;
+        let group = self
+            .groups
+            .get_mut(offset as usize / 0x20)
+            .ok_or(NO_SUCH_REGISTER)?;
         match offset % 0x20 {
             0x00 => group.interrupt_mask = value,
             0x04 => group.event_mask = value,

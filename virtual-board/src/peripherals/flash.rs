@@ -118,7 +118,10 @@ impl Flash {
             self.tear(operation, memory)?;
         }
         let fresh = Self::new(self.tearing.clone(), self.core_hz);
-        *self = Self { torn: std::mem::take(&mut self.torn), ..fresh };
+        *self = Self {
+            torn: std::mem::take(&mut self.torn),
+            ..fresh
+        };
         Ok(())
     }
 
@@ -171,8 +174,18 @@ impl Flash {
     }
 
     /// The core stores `size` bytes at `offset` from the start of the memory. The memory must not be busy.
-    pub fn store(&mut self, offset: usize, value: u32, size: usize, memory: &FlashMemory, now: Cycles) {
-        let failure = if !bit(self.cr, PG) || self.sr & ERRORS & !OPERR != 0 || self.running.is_some() {
+    pub fn store(
+        &mut self,
+        offset: usize,
+        value: u32,
+        size: usize,
+        memory: &FlashMemory,
+        now: Cycles,
+    ) {
+        let failure = if !bit(self.cr, PG)
+            || self.sr & ERRORS & !OPERR != 0
+            || self.running.is_some()
+        {
             Some(PGSERR)
         } else if size != 4 {
             Some(SIZERR)
@@ -201,7 +214,9 @@ impl Flash {
     /// The bank that an operation keeps busy, 0 or 1.
     pub fn busy_bank(&self) -> Option<usize> {
         self.running.map(|(operation, _)| match operation {
-            Operation::Program { offset, .. } | Operation::Erase { offset, .. } => offset / BANK_SIZE,
+            Operation::Program { offset, .. } | Operation::Erase { offset, .. } => {
+                offset / BANK_SIZE
+            }
         })
     }
 
@@ -228,7 +243,9 @@ impl Flash {
 
     /// Ends an operation whose time has come.
     pub fn advance(&mut self, now: Cycles, memory: &mut FlashMemory) -> std::io::Result<()> {
-        let Some((operation, at)) = self.running else { return Ok(()) };
+        let Some((operation, at)) = self.running else {
+            return Ok(());
+        };
         if at > now {
             return Ok(());
         }
@@ -243,7 +260,8 @@ impl Flash {
                 memory.write(offset, &data.to_le_bytes())
             }
             Operation::Erase { offset, length } => {
-                self.torn.retain(|torn| !(offset..offset + length).contains(torn));
+                self.torn
+                    .retain(|torn| !(offset..offset + length).contains(torn));
                 memory.write(offset, &vec![0xFF; length])
             }
         }
@@ -266,7 +284,9 @@ impl Flash {
 
     fn control(&mut self, value: u32, now: Cycles) -> Write {
         if bit(self.cr, LOCK) {
-            return Err(Unmodelled("ignored by hardware: control register written while it is locked"));
+            return Err(Unmodelled(
+                "ignored by hardware: control register written while it is locked",
+            ));
         }
         self.cr = (value & !(1 << OPTLOCK)) | (self.cr & (1 << OPTLOCK | 1 << STRT));
         if bit(value, LOCK) && self.keyhole == Keyhole::Open {
@@ -285,12 +305,21 @@ impl Flash {
         }
     }
 
-    fn begin_program(&mut self, offset: usize, data: u64, memory: &FlashMemory, now: Cycles) -> Option<u32> {
+    fn begin_program(
+        &mut self,
+        offset: usize,
+        data: u64,
+        memory: &FlashMemory,
+        now: Cycles,
+    ) -> Option<u32> {
         // A double word is written once; only all zeros may be written over anything (3.7.5, PROGERR).
         if memory.double_word(offset) != u64::MAX && data != 0 {
             return Some(PROGERR);
         }
-        self.running = Some((Operation::Program { offset, data }, now + (PROGRAM_S * self.core_hz) as Cycles));
+        self.running = Some((
+            Operation::Program { offset, data },
+            now + (PROGRAM_S * self.core_hz) as Cycles,
+        ));
         None
     }
 
@@ -306,7 +335,11 @@ impl Flash {
         let (offset, length, duration_s) = match (page, mer1, mer2) {
             (true, ..) => {
                 let number = field(self.cr, 3, 7) as usize;
-                (bank(bit(self.cr, 11)) + number * PAGE_SIZE, PAGE_SIZE, PAGE_ERASE_S)
+                (
+                    bank(bit(self.cr, 11)) + number * PAGE_SIZE,
+                    PAGE_SIZE,
+                    PAGE_ERASE_S,
+                )
             }
             (false, true, true) => (0, SIZE, MASS_ERASE_S),
             (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),

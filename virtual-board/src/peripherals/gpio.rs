@@ -22,7 +22,14 @@ impl Gpio {
             1 => (0xFFFF_FEBF, 0x0000_00C0, 0x0000_0100),
             _ => (0xFFFF_FFFF, 0, 0),
         };
-        Self { mode, output_type: 0, speed, pull, output: 0, alternate: [0; 2] }
+        Self {
+            mode,
+            output_type: 0,
+            speed,
+            pull,
+            output: 0,
+            alternate: [0; 2],
+        }
     }
 
     /// Reads a register.
@@ -32,7 +39,10 @@ impl Gpio {
             0x04 => self.output_type,
             0x08 => self.speed,
             0x0C => self.pull,
-            0x10 => (0..16).filter(|&pin| self.level(pin)).map(|pin| 1 << pin).sum(),
+            0x10 => (0..16)
+                .filter(|&pin| self.level(pin))
+                .map(|pin| 1 << pin)
+                .sum(),
             0x14 => self.output,
             0x18 | 0x28 => 0,
             0x20 | 0x24 => self.alternate[(offset as usize - 0x20) / 4],

@@ -140,7 +140,9 @@ impl Lpuart {
     /// When the transmitter will have been silent for two character times after its last character; none while it
     /// is at work.
     pub fn silent_at(&self) -> Option<Cycles> {
-        self.shifting.is_none().then(|| self.sent_at + 2 * self.character_cycles())
+        self.shifting
+            .is_none()
+            .then(|| self.sent_at + 2 * self.character_cycles())
     }
 
     /// Reads a register.
@@ -214,7 +216,9 @@ impl Lpuart {
     /// When [`Self::advance`] must be called next.
     pub fn next_event(&self) -> Cycles {
         let shifted = self.shifting.map_or(NEVER, |(_, at)| at);
-        shifted.min(self.arriving.unwrap_or(NEVER)).min(self.idle_at)
+        shifted
+            .min(self.arriving.unwrap_or(NEVER))
+            .min(self.idle_at)
     }
 
     /// Carries out what happens at `now`, the time of the earliest event.
@@ -267,7 +271,9 @@ impl Lpuart {
         if self.kernel_hz == 0 || self.brr < 0x300 {
             return bits * self.core_hz / DEFAULT_BAUD;
         }
-        const PRESCALERS: [u64; 16] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256];
+        const PRESCALERS: [u64; 16] = [
+            1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256,
+        ];
         let divisor = 256 * self.kernel_hz / PRESCALERS[self.presc as usize];
         (bits * u64::from(self.brr) * self.core_hz + divisor / 2) / divisor
     }
@@ -283,8 +289,14 @@ impl Lpuart {
         set(self.receiving(), 22);
         set(fifo && self.tx.is_empty(), 23);
         set(fifo && self.rx.len() == FIFO_DEPTH, 24);
-        set(fifo && self.rx.len() >= threshold(field(self.cr3, 25, 3)), 26);
-        set(fifo && FIFO_DEPTH - self.tx.len() >= threshold(field(self.cr3, 29, 3)), 27);
+        set(
+            fifo && self.rx.len() >= threshold(field(self.cr3, 25, 3)),
+            26,
+        );
+        set(
+            fifo && FIFO_DEPTH - self.tx.len() >= threshold(field(self.cr3, 29, 3)),
+            27,
+        );
         status
     }
 
@@ -299,7 +311,11 @@ impl Lpuart {
             self.latched = TC;
         }
         self.begin_shift(now);
-        if bit(value, 10) || bit(value, 13) { Err(Unmodelled("parity and mute mode")) } else { Ok(()) }
+        if bit(value, 10) || bit(value, 13) {
+            Err(Unmodelled("parity and mute mode"))
+        } else {
+            Ok(())
+        }
     }
 
     fn transmit(&mut self, character: u8, now: Cycles) {
@@ -328,7 +344,9 @@ impl Lpuart {
     }
 
     fn arrive(&mut self, now: Cycles) {
-        let Some(character) = self.line.pop_front() else { return };
+        let Some(character) = self.line.pop_front() else {
+            return;
+        };
         if !self.receiving() {
             return;
         }

@@ -133,7 +133,10 @@ impl Nvic {
 
     /// Whether an enabled exception is pending that is more urgent than what runs, leaving masks aside.
     pub fn may_preempt(&self) -> bool {
-        self.pending & self.enabled != 0 && self.most_urgent().is_some_and(|(_, group)| group < self.running_priority)
+        self.pending & self.enabled != 0
+            && self
+                .most_urgent()
+                .is_some_and(|(_, group)| group < self.running_priority)
     }
 
     /// Whether any exception is pending, enabled or not (for SEVONPEND).
@@ -309,7 +312,12 @@ impl Nvic {
     /// Four of eight bits of each priority exist.
     fn write_priorities(&mut self, first: usize, value: u32, size: u32) {
         let bytes = value.to_le_bytes();
-        for (priority, byte) in self.priorities.iter_mut().skip(first).zip(&bytes[..size as usize]) {
+        for (priority, byte) in self
+            .priorities
+            .iter_mut()
+            .skip(first)
+            .zip(&bytes[..size as usize])
+        {
             *priority = byte & 0xF0;
         }
         self.recompute_running();
@@ -318,7 +326,9 @@ impl Nvic {
     fn read_word(&self, offset: u32) -> Read {
         let interrupts = |set: u128, base: u32| (set >> (16 + 8 * (offset - base))) as u32;
         let priorities = |first: usize| {
-            u32::from_le_bytes(std::array::from_fn(|i| self.priorities.get(first + i).copied().unwrap_or(0)))
+            u32::from_le_bytes(std::array::from_fn(|i| {
+                self.priorities.get(first + i).copied().unwrap_or(0)
+            }))
         };
         Ok(match offset {
             0x004 => 3, // ICTR: up to 128 interrupts
@@ -356,7 +366,8 @@ impl Nvic {
     }
 
     fn write_word(&mut self, offset: u32, value: u32) -> Write {
-        let interrupts = |base: u32| u128::from(value) << (16 + 8 * (offset - base)) & ((1 << EXCEPTIONS) - 1);
+        let interrupts =
+            |base: u32| u128::from(value) << (16 + 8 * (offset - base)) & ((1 << EXCEPTIONS) - 1);
         match offset {
             0x008 => {}
             0x100..=0x10C => self.enabled |= interrupts(0x100),
@@ -388,13 +399,24 @@ impl Nvic {
             0xF3C => self.fpdscr = value & 0x07C0_0000,
             _ => return Err(NO_SUCH_REGISTER),
         }
-        if offset == 0xD10 && bit(value, 2) { Err(Unmodelled("deep sleep")) } else { Ok(()) }
+        if offset == 0xD10 && bit(value, 2) {
+            Err(Unmodelled("deep sleep"))
+        } else {
+            Ok(())
+        }
     }
 
     fn icsr(&self) -> u32 {
-        let active = if self.active == 0 { 0 } else { self.vect_active() };
-        let pending = self.most_urgent().map_or(0, |(exception, _)| exception as u32);
-        let flag = |exception: usize, index: u32| u32::from(bit128(self.pending, exception)) << index;
+        let active = if self.active == 0 {
+            0
+        } else {
+            self.vect_active()
+        };
+        let pending = self
+            .most_urgent()
+            .map_or(0, |(exception, _)| exception as u32);
+        let flag =
+            |exception: usize, index: u32| u32::from(bit128(self.pending, exception)) << index;
         active
             | u32::from(!self.nested()) << 11
             | pending << 12
@@ -428,7 +450,8 @@ impl Nvic {
 
     /// Fault enables are kept in `enabled`; active and pending bits follow from the sets.
     fn read_shcsr(&self) -> u32 {
-        let of = |set: u128, exception: usize, index: u32| u32::from(bit128(set, exception)) << index;
+        let of =
+            |set: u128, exception: usize, index: u32| u32::from(bit128(set, exception)) << index;
         of(self.active, MEM_MANAGE, 0)
             | of(self.active, BUS_FAULT, 1)
             | of(self.active, USAGE_FAULT, 3)

@@ -49,6 +49,10 @@ impl Pwr {
 
     /// The fastest core clock that the regulator's range allows, Hz (RM0440 6.1.5).
     pub fn max_core_hz(&self) -> u32 {
-        if bit(self.registers[0x80 / 4], R1MODE) { 150_000_000 } else { 170_000_000 }
+        if bit(self.registers[0x80 / 4], R1MODE) {
+            150_000_000
+        } else {
+            170_000_000
+        }
     }
 }

@@ -113,7 +113,11 @@ impl Rcc {
         registers[CSR] = cause.flags();
         let mut ready_at = [NEVER; OSCILLATORS.len()];
         ready_at[HSI] = 0;
-        Self { registers, ready_at, core_hz: f64::from(HSI_HZ) }
+        Self {
+            registers,
+            ready_at,
+            core_hz: f64::from(HSI_HZ),
+        }
     }
 
     /// The controller after a warm reset: causes of earlier resets stay until the firmware removes them.
@@ -134,7 +138,11 @@ impl Rcc {
         let index = offset as usize / 4;
         match offset {
             0x1C | 0x20 => Ok(0),
-            _ => self.registers.get(index).map(|value| value | self.ready_bits(index, now)).ok_or(NO_SUCH_REGISTER),
+            _ => self
+                .registers
+                .get(index)
+                .map(|value| value | self.ready_bits(index, now))
+                .ok_or(NO_SUCH_REGISTER),
         }
     }
 
@@ -146,7 +154,9 @@ impl Rcc {
         let value = value & !ready_mask(index);
         self.registers[index] = match index {
             CFGR => (value & !0xC) | (old & 0xC),
-            PLLCFGR if self.pll_locked(old, value) => return Err(Unmodelled("change of a running PLL")),
+            PLLCFGR if self.pll_locked(old, value) => {
+                return Err(Unmodelled("change of a running PLL"));
+            }
             CSR if bit(value, 23) => value & 1,
             CSR => (old & 0xFE00_0000) | (value & 1),
             _ => value,
@@ -169,9 +179,18 @@ impl Rcc {
             _ => (HSI_HZ, Source::Internal),
         };
         let hclk = system / ahb_divider(field(cfgr, 4, 4));
-        let (apb1, apb2) = (apb_divider(field(cfgr, 8, 3)), apb_divider(field(cfgr, 11, 3)));
+        let (apb1, apb2) = (
+            apb_divider(field(cfgr, 8, 3)),
+            apb_divider(field(cfgr, 11, 3)),
+        );
         // Timers run at twice a divided bus clock (RM0440 7.2.14).
-        let timers = |divider: u32| if divider == 1 { hclk } else { 2 * hclk / divider };
+        let timers = |divider: u32| {
+            if divider == 1 {
+                hclk
+            } else {
+                2 * hclk / divider
+            }
+        };
         let ccipr = self.registers[CCIPR];
         let adc = |selection| match selection {
             1 => self.pll_p_output(),
@@ -214,7 +233,8 @@ impl Rcc {
             if register != index {
                 continue;
             }
-            let in_use = [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
+            let in_use =
+                [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
             if in_use == Some(oscillator) && bit(old, on) {
                 self.registers[index] |= 1 << on; // the clock in use cannot be switched off
             } else if bit(self.registers[index] & !old, on) {
@@ -240,7 +260,11 @@ impl Rcc {
     }
 
     fn pll_source(&self) -> Source {
-        if field(self.registers[PLLCFGR], 0, 2) == 3 { Source::Crystal } else { Source::Internal }
+        if field(self.registers[PLLCFGR], 0, 2) == 3 {
+            Source::Crystal
+        } else {
+            Source::Internal
+        }
     }
 
     fn vco_hz(&self) -> u64 {
@@ -257,7 +281,11 @@ impl Rcc {
     fn pll_output(&self, enable: u32, divider: u32) -> u32 {
         let pllcfgr = self.registers[PLLCFGR];
         let divider = u64::from(2 * (field(pllcfgr, divider, 2) + 1));
-        if bit(pllcfgr, enable) { (self.vco_hz() / divider) as u32 } else { 0 }
+        if bit(pllcfgr, enable) {
+            (self.vco_hz() / divider) as u32
+        } else {
+            0
+        }
     }
 
     fn pll_p_output(&self) -> u32 {
@@ -267,7 +295,11 @@ impl Rcc {
             (0, true) => 17,
             (divider, _) => u64::from(divider),
         };
-        if bit(pllcfgr, 16) { (self.vco_hz() / divider) as u32 } else { 0 }
+        if bit(pllcfgr, 16) {
+            (self.vco_hz() / divider) as u32
+        } else {
+            0
+        }
     }
 }
 

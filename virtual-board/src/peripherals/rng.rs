@@ -28,7 +28,13 @@ pub struct Rng {
 impl Rng {
     /// The generator after reset, with its source of noise.
     pub fn new(noise: ChaCha8Rng, core_hz: u64) -> Self {
-        Self { noise, core_hz, cr: 0, ready_at: 0, words_left: 0 }
+        Self {
+            noise,
+            core_hz,
+            cr: 0,
+            ready_at: 0,
+            words_left: 0,
+        }
     }
 
     /// Back to the state after reset; the noise goes on.
@@ -76,7 +82,11 @@ impl Rng {
 
     /// When the next block is ready, for the interrupt.
     pub fn next_event(&self, now: Cycles) -> Cycles {
-        if bit(self.cr, RNGEN) && bit(self.cr, IE) && self.ready_at > now { self.ready_at } else { super::NEVER }
+        if bit(self.cr, RNGEN) && bit(self.cr, IE) && self.ready_at > now {
+            self.ready_at
+        } else {
+            super::NEVER
+        }
     }
 
     fn ready(&self, now: Cycles, clocked: bool) -> bool {

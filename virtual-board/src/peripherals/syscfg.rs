@@ -22,12 +22,18 @@ impl Default for Syscfg {
 impl Syscfg {
     /// Reads a register.
     pub fn read(&self, offset: u32) -> Read {
-        self.registers.get(offset as usize / 4).copied().ok_or(NO_SUCH_REGISTER)
+        self.registers
+            .get(offset as usize / 4)
+            .copied()
+            .ok_or(NO_SUCH_REGISTER)
     }
 
     /// Writes a register.
     pub fn write(&mut self, offset: u32, value: u32) -> Write {
-        *self.registers.get_mut(offset as usize / 4).ok_or(NO_SUCH_REGISTER)? = value;
+        *self
+            .registers
+            .get_mut(offset as usize / 4)
+            .ok_or(NO_SUCH_REGISTER)? = value;
         match offset {
             0x00 if value & 0x107 != 0 => Err(Unmodelled("memory remapping")),
             0x20 if value != 0 => Err(Unmodelled("write protection of the CCM")),

@@ -39,7 +39,11 @@ impl SysTick {
                 self.held = self.count(now);
                 self.csr = value & 7;
                 if self.running() {
-                    let from = if was_running || self.held != 0 { self.held } else { self.reload + 1 };
+                    let from = if was_running || self.held != 0 {
+                        self.held
+                    } else {
+                        self.reload + 1
+                    };
                     self.zero_at = now + u64::from(from) * self.tick();
                 }
             }
@@ -82,6 +86,10 @@ impl SysTick {
     }
 
     fn count(&self, now: Cycles) -> u32 {
-        if self.running() { (self.zero_at.saturating_sub(now) / self.tick()) as u32 & 0x00FF_FFFF } else { self.held }
+        if self.running() {
+            (self.zero_at.saturating_sub(now) / self.tick()) as u32 & 0x00FF_FFFF
+        } else {
+            self.held
+        }
     }
 }

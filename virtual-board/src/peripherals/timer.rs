@@ -31,15 +31,30 @@ pub struct Shape {
 
 impl Shape {
     /// TIM6 and TIM7.
-    pub const BASIC: Self = Self { bits: 16, channels: 0 };
+    pub const BASIC: Self = Self {
+        bits: 16,
+        channels: 0,
+    };
     /// TIM16 and TIM17.
-    pub const ONE_CHANNEL: Self = Self { bits: 16, channels: 1 };
+    pub const ONE_CHANNEL: Self = Self {
+        bits: 16,
+        channels: 1,
+    };
     /// TIM15.
-    pub const TWO_CHANNELS: Self = Self { bits: 16, channels: 2 };
+    pub const TWO_CHANNELS: Self = Self {
+        bits: 16,
+        channels: 2,
+    };
     /// TIM3 and TIM4.
-    pub const GENERAL_16: Self = Self { bits: 16, channels: 4 };
+    pub const GENERAL_16: Self = Self {
+        bits: 16,
+        channels: 4,
+    };
     /// TIM2 and TIM5.
-    pub const GENERAL_32: Self = Self { bits: 32, channels: 4 };
+    pub const GENERAL_32: Self = Self {
+        bits: 32,
+        channels: 4,
+    };
 }
 
 /// One timer.
@@ -126,7 +141,9 @@ impl Timer {
             0x24 => self.count(now),
             0x28 => self.psc,
             0x2C => self.arr,
-            0x34..=0x40 if self.channel_of(offset).is_some() => self.ccr[(offset as usize - 0x34) / 4],
+            0x34..=0x40 if self.channel_of(offset).is_some() => {
+                self.ccr[(offset as usize - 0x34) / 4]
+            }
             _ => return Err(NO_SUCH_REGISTER),
         })
     }
@@ -196,7 +213,11 @@ impl Timer {
             return NEVER;
         }
         let update_matters = bit(self.dier, 0) || self.trigger_mode() == 2 || self.cr1 & OPM != 0;
-        let update = if update_matters { self.next_update() } else { NEVER };
+        let update = if update_matters {
+            self.next_update()
+        } else {
+            NEVER
+        };
         (0..self.shape.channels)
             .filter(|&channel| bit(self.dier, channel as u32 + 1))
             .map(|channel| self.next_match(channel))
@@ -220,7 +241,11 @@ impl Timer {
     }
 
     fn mask(shape: Shape) -> u32 {
-        if shape.bits == 32 { u32::MAX } else { (1 << shape.bits) - 1 }
+        if shape.bits == 32 {
+            u32::MAX
+        } else {
+            (1 << shape.bits) - 1
+        }
     }
 
     fn channel_of(&self, offset: u32) -> Option<usize> {
@@ -266,7 +291,11 @@ impl Timer {
             return NEVER;
         }
         let this_period = self.origin + value * self.tick();
-        if this_period > self.seen { this_period } else { self.next_update() + value * self.tick() }
+        if this_period > self.seen {
+            this_period
+        } else {
+            self.next_update() + value * self.tick()
+        }
     }
 
     fn note_matches(&mut self, now: Cycles) {
@@ -309,7 +338,9 @@ impl Timer {
         }
         match value & 0x0870 {
             0 => Ok(()),
-            _ => Err(Unmodelled("down-counting, centre-aligned counting and UIFREMAP")),
+            _ => Err(Unmodelled(
+                "down-counting, centre-aligned counting and UIFREMAP",
+            )),
         }
     }
 

@@ -85,7 +85,14 @@ impl Bus {
     }
 
     fn advance_converter(&mut self, index: usize, at: Cycles) {
-        let Self { adc, adc_common, pins, timebase, parameters, .. } = self;
+        let Self {
+            adc,
+            adc_common,
+            pins,
+            timebase,
+            parameters,
+            ..
+        } = self;
         let common = &adc_common[usize::from(index > 1)];
         let vrefint_v = parameters.vrefint_v;
         adc[index].advance(at, &mut |channel, sampled_at| {
@@ -93,7 +100,9 @@ impl Bus {
             let supply_v = pins.supply_v(at_s);
             let volt = match pinout::input(index, channel) {
                 Input::Pin(pin) => pins.voltage(pin, at_s),
-                Input::Temperature if common.temperature_on() => sensor_voltage(pins.temperature_c(at_s)),
+                Input::Temperature if common.temperature_on() => {
+                    sensor_voltage(pins.temperature_c(at_s))
+                }
                 Input::Reference if common.vrefint_on() => vrefint_v,
                 Input::BackupThird if common.vbat_on() => supply_v / 3.0,
                 _ => 0.0,
@@ -110,21 +119,25 @@ impl Bus {
                     self.trigger_converters(index);
                 }
                 self.set_deadline(FIRST_TIMER + index, self.timers[index].next_event());
-                self.nvic.set_line(TIMERS[index].interrupt, self.timers[index].interrupt());
+                self.nvic
+                    .set_line(TIMERS[index].interrupt, self.timers[index].interrupt());
             }
             Unit::Adc(index) => {
                 self.set_deadline(FIRST_ADC + index, self.adc[index].next_event());
                 let line = ADC_INTERRUPTS[index];
-                let high = (0..5).any(|other| ADC_INTERRUPTS[other] == line && self.adc[other].interrupt());
+                let high = (0..5)
+                    .any(|other| ADC_INTERRUPTS[other] == line && self.adc[other].interrupt());
                 self.nvic.set_line(line, high);
             }
             Unit::Lpuart1 => {
                 self.set_deadline(LPUART, self.lpuart.next_event());
-                self.nvic.set_line(map::LPUART1_INTERRUPT, self.lpuart.interrupt());
+                self.nvic
+                    .set_line(map::LPUART1_INTERRUPT, self.lpuart.interrupt());
             }
             Unit::Flash => {
                 self.set_deadline(FLASH, self.flash.next_event());
-                self.nvic.set_line(map::FLASH_INTERRUPT, self.flash.interrupt());
+                self.nvic
+                    .set_line(map::FLASH_INTERRUPT, self.flash.interrupt());
             }
             Unit::Iwdg => {
                 self.set_deadline(IWDG, self.iwdg.next_event());
@@ -135,7 +148,8 @@ impl Bus {
             Unit::Rng => {
                 self.set_deadline(RNG, self.rng.next_event(self.now));
                 let clocked = self.rcc.hsi48_ready(self.now);
-                self.nvic.set_line(map::RNG_INTERRUPT, self.rng.interrupt(self.now, clocked));
+                self.nvic
+                    .set_line(map::RNG_INTERRUPT, self.rng.interrupt(self.now, clocked));
             }
             Unit::Dma(_) | Unit::Dmamux => self.refresh_dma(),
             Unit::Exti => {
@@ -144,7 +158,12 @@ impl Bus {
                     self.nvic.set_line(interrupt, pending & lines != 0);
                 }
             }
-            Unit::Pwr | Unit::Syscfg | Unit::Rcc | Unit::Crc | Unit::Gpio(_) | Unit::AdcCommon(_) => {}
+            Unit::Pwr
+            | Unit::Syscfg
+            | Unit::Rcc
+            | Unit::Crc
+            | Unit::Gpio(_)
+            | Unit::AdcCommon(_) => {}
         }
     }
 
@@ -155,7 +174,14 @@ impl Bus {
     pub(super) fn refresh_all(&mut self) {
         (0..TIMERS.len()).for_each(|index| self.refresh(Unit::Timer(index)));
         (0..5).for_each(|index| self.refresh(Unit::Adc(index)));
-        for unit in [Unit::Lpuart1, Unit::Flash, Unit::Iwdg, Unit::Rng, Unit::Dmamux, Unit::Exti] {
+        for unit in [
+            Unit::Lpuart1,
+            Unit::Flash,
+            Unit::Iwdg,
+            Unit::Rng,
+            Unit::Dmamux,
+            Unit::Exti,
+        ] {
             self.refresh(unit);
         }
         self.refresh_systick();
@@ -179,7 +205,10 @@ impl Bus {
         match number {
             request::LPUART1_RX => self.lpuart.rx_request(),
             request::LPUART1_TX => self.lpuart.tx_request(),
-            _ => request::ADC.iter().position(|adc| *adc == number).is_some_and(|adc| self.adc[adc].dma_request()),
+            _ => request::ADC
+                .iter()
+                .position(|adc| *adc == number)
+                .is_some_and(|adc| self.adc[adc].dma_request()),
         }
     }
 
@@ -192,7 +221,10 @@ impl Bus {
             Ok(()) => self.dma[controller].moved(channel),
             Err(super::NothingThere) => self.dma[controller].failed(channel),
         }
-        self.nvic.set_line(DMA_INTERRUPTS[controller][channel], self.dma[controller].interrupt(channel));
+        self.nvic.set_line(
+            DMA_INTERRUPTS[controller][channel],
+            self.dma[controller].interrupt(channel),
+        );
     }
 
     fn refresh_dma(&mut self) {
@@ -204,13 +236,16 @@ impl Bus {
                     self.listening.push((controller, channel, number));
                 }
                 let high = self.dma[controller].interrupt(channel);
-                self.nvic.set_line(DMA_INTERRUPTS[controller][channel], high);
+                self.nvic
+                    .set_line(DMA_INTERRUPTS[controller][channel], high);
             }
         }
     }
 
     fn trigger_converters(&mut self, timer: usize) {
-        let Some(source) = TIMERS[timer].adc_trigger else { return };
+        let Some(source) = TIMERS[timer].adc_trigger else {
+            return;
+        };
         for index in 0..self.adc.len() {
             self.adc[index].trigger(source, self.now);
             self.set_deadline(FIRST_ADC + index, self.adc[index].next_event());

@@ -65,7 +65,13 @@ const fn timer(
     interrupt: usize,
     adc_trigger: Option<u32>,
 ) -> TimerPlace {
-    TimerPlace { number, base, clock, interrupt, adc_trigger }
+    TimerPlace {
+        number,
+        base,
+        clock,
+        interrupt,
+        adc_trigger,
+    }
 }
 
 /// The timers that the model has.
@@ -84,8 +90,10 @@ pub const TIMERS: [TimerPlace; 9] = [
 /// Interrupts of ADC1 and ADC2 (shared), ADC3, ADC4, ADC5.
 pub const ADC_INTERRUPTS: [usize; 5] = [18, 18, 47, 61, 62];
 /// Interrupts of the eight channels of each DMA controller.
-pub const DMA_INTERRUPTS: [[usize; 8]; 2] =
-    [[11, 12, 13, 14, 15, 16, 17, 96], [56, 57, 58, 59, 60, 97, 98, 99]];
+pub const DMA_INTERRUPTS: [[usize; 8]; 2] = [
+    [11, 12, 13, 14, 15, 16, 17, 96],
+    [56, 57, 58, 59, 60, 97, 98, 99],
+];
 /// Interrupt of the flash interface.
 pub const FLASH_INTERRUPT: usize = 4;
 /// Interrupt of LPUART1.
@@ -180,7 +188,15 @@ impl Unit {
     /// Every unit that the bits set in a reset register of the RCC concern.
     pub fn reset_by(offset: u32, bits: u32) -> impl Iterator<Item = Self> {
         let enable = offset + RESET_BENEATH_ENABLE;
-        let fixed = [Self::Pwr, Self::Lpuart1, Self::Syscfg, Self::Dmamux, Self::Flash, Self::Crc, Self::Rng];
+        let fixed = [
+            Self::Pwr,
+            Self::Lpuart1,
+            Self::Syscfg,
+            Self::Dmamux,
+            Self::Flash,
+            Self::Crc,
+            Self::Rng,
+        ];
         (0..TIMERS.len())
             .map(Self::Timer)
             .chain((0..2).flat_map(|i| [Self::Dma(i), Self::AdcCommon(i)]))
@@ -188,7 +204,8 @@ impl Unit {
             .chain((0..5).map(Self::Adc))
             .chain(fixed)
             .filter(move |unit| {
-                unit.clock().is_some_and(|(register, bit)| register == enable && bits & (1 << bit) != 0)
+                unit.clock()
+                    .is_some_and(|(register, bit)| register == enable && bits & (1 << bit) != 0)
             })
     }
 }

@@ -14,7 +14,9 @@ use self::events::SOURCES;
 use self::map::{TIMERS, Unit};
 use self::remarks::Remarks;
 use super::clock::{OscillatorErrors, Timebase};
-use super::memory::{Block, CCM_BASE, CCM_SIZE, FLASH_BASE, FlashMemory, RAM_BASE, RAM_SIZE, SYSTEM_BASE};
+use super::memory::{
+    Block, CCM_BASE, CCM_SIZE, FLASH_BASE, FlashMemory, RAM_BASE, RAM_SIZE, SYSTEM_BASE,
+};
 use super::system_memory;
 use crate::bench::pins::{BoardParameters, Pins};
 use crate::peripherals::adc::{Adc, AdcCommon};
@@ -34,7 +36,7 @@ use crate::peripherals::rng::Rng;
 use crate::peripherals::syscfg::Syscfg;
 use crate::peripherals::systick::SysTick;
 use crate::peripherals::timer::{Shape, Timer};
-use crate::peripherals::{Cycles, Read, Unmodelled, Write};
+use crate::peripherals::{Cycles, NEVER, Read, Unmodelled, Write};
 
 /// Private peripheral bus of the core: system control, SysTick, DWT, debug.
 const PPB: std::ops::RangeInclusive<u32> = 0xE000_0000..=0xE00F_FFFF;
@@ -84,6 +86,8 @@ pub struct Bus {
     pub near_pc: u32,
     /// A reset that must be carried out before the core goes on.
     pub reset_request: Option<ResetCause>,
+    /// The core's clock has changed: instants in cycles are others now.
+    pub clock_changed: bool,
     /// Writing the flash file failed.
     pub flash_file_failure: Option<std::io::Error>,
     parameters: BoardParameters,
@@ -115,7 +119,8 @@ impl Bus {
             generator.set_stream(stream);
             generator
         };
-        let unit = f64::from(seeded(Stream::InternalOscillator as u64).next_u32()) / f64::from(u32::MAX);
+        let unit =
+            f64::from(seeded(Stream::InternalOscillator as u64).next_u32()) / f64::from(u32::MAX);
         let errors = OscillatorErrors {
             internal: HSI_TOLERANCE * (2.0 * unit - 1.0),
             crystal: parameters.clock_ppm * 1e-6,
@@ -140,6 +145,7 @@ impl Bus {
             remarks: Remarks::default(),
             near_pc: 0,
             reset_request: None,
+            clock_changed: false,
             flash_file_failure: None,
             clocks: rcc.clocks(),
             rcc,
@@ -149,7 +155,10 @@ impl Bus {
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|index| Timer::new(shape(index))),
             adc: std::array::from_fn(|index| {
-                Adc::new(parameters.adc[index], seeded(Stream::Converter as u64 + index as u64))
+                Adc::new(
+                    parameters.adc[index],
+                    seeded(Stream::Converter as u64 + index as u64),
+                )
             }),
             adc_common: Default::default(),
             dma: Default::default(),
@@ -158,8 +167,8 @@ impl Bus {
             rng: Rng::new(seeded(Stream::RandomNumbers as u64), u64::from(HSI_HZ)),
             crc: Crc::default(),
             systick: SysTick::default(),
-            deadlines: [super::super::peripherals::NEVER; SOURCES],
-            next_deadline: super::super::peripherals::NEVER,
+            deadlines: [NEVER; SOURCES],
+            next_deadline: NEVER,
             parameters,
         }
     }
@@ -211,7 +220,8 @@ impl Bus {
 
     /// The core stores into the flash memory.
     pub fn store_to_flash(&mut self, offset: usize, value: u32, size: usize) {
-        self.flash.store(offset, value, size, &self.flash_memory, self.now);
+        self.flash
+            .store(offset, value, size, &self.flash_memory, self.now);
         self.refresh(Unit::Flash);
     }
 
@@ -232,7 +242,8 @@ impl Bus {
             self.read_private(address, size)
         } else {
             // Registers are words; a part of one is read by reading it whole.
-            self.read_unit(address & !3).map(|word| word >> (8 * (address & 3)) & (u32::MAX >> (32 - 8 * size)))
+            self.read_unit(address & !3)
+                .map(|word| word >> (8 * (address & 3)) & (u32::MAX >> (32 - 8 * size)))
         };
         found.unwrap_or_else(|Unmodelled(why)| {
             self.remark(address, None, why);
@@ -256,15 +267,24 @@ impl Bus {
             Some((unit, offset)) => format!("{}+{offset:#04x}", unit.name()),
             None => "a register".to_owned(),
         };
-        self.remarks.access(self.timebase.seconds(self.now), self.near_pc, address, write, &what, why);
+        self.remarks.access(
+            self.timebase.seconds(self.now),
+            self.near_pc,
+            address,
+            write,
+            &what,
+            why,
+        );
     }
 
     fn clocked(&self, unit: Unit) -> bool {
-        unit.clock().is_none_or(|(register, index)| self.rcc.enabled(register, index))
+        unit.clock()
+            .is_none_or(|(register, index)| self.rcc.enabled(register, index))
     }
 
     fn read_unit(&mut self, address: u32) -> Read {
-        let (unit, offset) = map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
+        let (unit, offset) =
+            map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
         if !self.clocked(unit) {
             return Err(Unmodelled("its clock is off (RCC)"));
         }
@@ -289,13 +309,16 @@ impl Bus {
             Unit::AdcCommon(index) => self.adc_common[index].read(offset),
             Unit::Rng => {
                 let clocked = self.rcc.hsi48_ready(now);
-                self.rng.read(offset, now, clocked).inspect(|_| self.refresh(unit))
+                self.rng
+                    .read(offset, now, clocked)
+                    .inspect(|_| self.refresh(unit))
             }
         }
     }
 
     fn write_unit(&mut self, address: u32, value: u32, size: u32) -> Write {
-        let (unit, offset) = map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
+        let (unit, offset) =
+            map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
         if !self.clocked(unit) {
             return Err(Unmodelled("its clock is off (RCC)"));
         }
@@ -309,7 +332,10 @@ impl Bus {
                 self.timers[index].write(offset, value, now)
             }
             Unit::Iwdg => self.iwdg.write(offset, value, now),
-            Unit::Pwr => self.pwr.write(offset, value).inspect(|()| self.check_limits()),
+            Unit::Pwr => self
+                .pwr
+                .write(offset, value)
+                .inspect(|()| self.check_limits()),
             Unit::Lpuart1 => self.lpuart.write(offset, value, now),
             Unit::Syscfg => self.syscfg.write(offset, value),
             Unit::Exti => self.exti.write(offset, value),
@@ -415,12 +441,21 @@ impl Bus {
         let found = match address {
             0x4000_0000..=0x5FFF_FFFF => return Ok(self.read_register(address, size)),
             RAM_BASE..=0x2001_FFFF => self.ram.read((address - RAM_BASE) as usize, into),
-            CCM_BASE..=0x1000_7FFF => self.ram.read(RAM_SIZE - CCM_SIZE + (address - CCM_BASE) as usize, into),
-            FLASH_BASE..=0x0807_FFFF => self.flash_memory.block().read((address - FLASH_BASE) as usize, into),
+            CCM_BASE..=0x1000_7FFF => self
+                .ram
+                .read(RAM_SIZE - CCM_SIZE + (address - CCM_BASE) as usize, into),
+            FLASH_BASE..=0x0807_FFFF => self
+                .flash_memory
+                .block()
+                .read((address - FLASH_BASE) as usize, into),
             SYSTEM_BASE..=0x1FFF_7FFF => self.system.read((address - SYSTEM_BASE) as usize, into),
             _ => false,
         };
-        if found { Ok(u32::from_le_bytes(bytes)) } else { Err(NothingThere) }
+        if found {
+            Ok(u32::from_le_bytes(bytes))
+        } else {
+            Err(NothingThere)
+        }
     }
 
     /// Writes as a DMA controller does.
@@ -432,7 +467,9 @@ impl Bus {
                 true
             }
             RAM_BASE..=0x2001_FFFF => self.ram.write((address - RAM_BASE) as usize, bytes),
-            CCM_BASE..=0x1000_7FFF => self.ram.write(RAM_SIZE - CCM_SIZE + (address - CCM_BASE) as usize, bytes),
+            CCM_BASE..=0x1000_7FFF => self
+                .ram
+                .write(RAM_SIZE - CCM_SIZE + (address - CCM_BASE) as usize, bytes),
             _ => false,
         };
         if done { Ok(()) } else { Err(NothingThere) }
@@ -445,6 +482,7 @@ impl Bus {
         }
         let now = self.now;
         self.clocks = clocks;
+        self.clock_changed = true;
         self.timebase.change(now, clocks.hclk, clocks.source);
         let core_hz = self.timebase.core_hz();
         self.rcc.set_core_clock(core_hz);
@@ -453,7 +491,11 @@ impl Bus {
         self.rng.set_core_clock(u64::from(clocks.hclk));
         self.lpuart.set_clock(clocks.lpuart1, clocks.hclk);
         for (timer, place) in self.timers.iter_mut().zip(&TIMERS) {
-            let clock = if place.base < 0x4001_0000 { clocks.apb1_timers } else { clocks.apb2_timers };
+            let clock = if place.base < 0x4001_0000 {
+                clocks.apb1_timers
+            } else {
+                clocks.apb2_timers
+            };
             timer.set_clock(u64::from((clocks.hclk / clock.max(1)).max(1)), now);
         }
         self.set_converter_clocks();
@@ -464,8 +506,11 @@ impl Bus {
     fn set_converter_clocks(&mut self) {
         let clocks = self.clocks;
         for (index, adc) in self.adc.iter_mut().enumerate() {
-            let (common, kernel) =
-                if index < 2 { (&self.adc_common[0], clocks.adc12) } else { (&self.adc_common[1], clocks.adc345) };
+            let (common, kernel) = if index < 2 {
+                (&self.adc_common[0], clocks.adc12)
+            } else {
+                (&self.adc_common[1], clocks.adc345)
+            };
             adc.set_clock(common.clock(kernel, clocks.hclk), clocks.hclk);
         }
     }
@@ -479,11 +524,19 @@ impl Bus {
             let detail = format!("{hclk} Hz, but the voltage range of PWR_CR5 allows {limit} Hz");
             self.remarks.state(now_s, "the core is too fast", &detail);
         }
-        let per_wait_state = if limit == 150_000_000 { 30_000_000 } else { 34_000_000 };
+        let per_wait_state = if limit == 150_000_000 {
+            30_000_000
+        } else {
+            34_000_000
+        };
         let needed = hclk.div_ceil(per_wait_state).saturating_sub(1);
         if self.flash.wait_states() < needed {
-            let detail = format!("{} are set, {hclk} Hz need {needed}", self.flash.wait_states());
-            self.remarks.state(now_s, "too few wait states of the flash memory", &detail);
+            let detail = format!(
+                "{} are set, {hclk} Hz need {needed}",
+                self.flash.wait_states()
+            );
+            self.remarks
+                .state(now_s, "too few wait states of the flash memory", &detail);
         }
     }
 }

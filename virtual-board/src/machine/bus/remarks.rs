@@ -10,7 +10,15 @@ pub struct Remarks {
 
 impl Remarks {
     /// Remarks on an access to `address` by the code at `pc`, unless that has been said before.
-    pub fn access(&mut self, now_s: f64, pc: u32, address: u32, write: Option<u32>, what: &str, why: &'static str) {
+    pub fn access(
+        &mut self,
+        now_s: f64,
+        pc: u32,
+        address: u32,
+        write: Option<u32>,
+        what: &str,
+        why: &'static str,
+    ) {
         if !self.made.insert((address, write.is_some(), why)) {
             return;
         }
@@ -18,7 +26,9 @@ impl Remarks {
             Some(value) => format!("write of {value:#010x} to"),
             None => "read of".to_owned(),
         };
-        eprintln!("[{now_s:12.6}] board: {access} {what} ({address:#010x}) near PC {pc:#010x}: {why}");
+        eprintln!(
+            "[{now_s:12.6}] board: {access} {what} ({address:#010x}) near PC {pc:#010x}: {why}"
+        );
     }
 
     /// Remarks on the state of the chip, once per text.
