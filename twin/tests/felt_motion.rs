@@ -6,8 +6,10 @@ use support::{X, Y, Z, an74, close, pass};
 use twin::Bench;
 use twin::algebra::{Rotation, Vec3};
 use twin::geometry::Geometry;
+use twin::jack::JackMotion;
 use twin::mechanism::{Mechanism, Pose, Twist};
 use twin::motion::{Felt, Motion};
+use twin::vibration::Vibration;
 
 const G: f64 = 9.80665;
 const STILL: Twist = Twist {
@@ -66,6 +68,35 @@ fn body_to_earth_is_the_matrix_of_gost_20058() {
         let want = published.map(|row| row[column]);
         close3(attitude.to_earth(axis), want, 1e-14, "column");
     }
+}
+
+#[test]
+fn rates_are_felt_in_body_axes_as_gost_20058_has_them() {
+    let (roll, yaw, pitch) = (0.4_f64, -0.7_f64, 0.3_f64);
+    let (roll_rate, yaw_rate, pitch_rate) = (0.5, -0.8, 0.6);
+    let (about_y, about_z) = (Rotation::about(Y, yaw), Rotation::about(Z, pitch));
+    let pose = Pose {
+        position_m: Vec3::ZERO,
+        attitude: about_y.after(about_z).after(Rotation::about(X, roll)),
+    };
+    let turning = Y * yaw_rate
+        + about_y.to_earth(Z) * pitch_rate
+        + about_y.after(about_z).to_earth(X) * roll_rate;
+    let velocity = Twist {
+        linear: Vec3::ZERO,
+        angular: turning,
+    };
+    let want = [
+        roll_rate + yaw_rate * pitch.sin(),
+        yaw_rate * pitch.cos() * roll.cos() + pitch_rate * roll.sin(),
+        -yaw_rate * pitch.cos() * roll.sin() + pitch_rate * roll.cos(),
+    ];
+    let at_origin = Felt::at(&pose, &velocity, &STILL, Vec3::ZERO);
+    close3(at_origin.angular_rate, want, 1e-14, "rate");
+    // On an arm along the axis of turning nothing pulls; across it, the square of the rate does.
+    let arm = Vec3([want[1], -want[0], 0.0]);
+    let pull = Felt::at(&pose, &velocity, &STILL, arm).specific_force - at_origin.specific_force;
+    close3(pull, (arm * -turning.dot(turning)).0, 1e-14, "pull");
 }
 
 /// What is felt at `arm` when the jacks of a base move as this motion about the vertical demands; their accelerations
@@ -191,6 +222,37 @@ fn velocity_and_acceleration_are_the_derivatives_of_the_pose() {
     }
 }
 
+#[test]
+fn vibration_is_its_own_derivative_while_it_swells() {
+    let geometry = an74();
+    let mechanism = &geometry.nominal;
+    let mut vibration = Vibration::draw(1, mechanism, &geometry.home, X);
+    let swelling: Vec<JackMotion> = (1..400)
+        .map(|n| {
+            vibration.advance(&[0.1; 6], 1e-3);
+            vibration.added_to(&JackMotion::default(), f64::from(n) * 1e-3)
+        })
+        .collect();
+    let jack = |n: usize, of: fn(&JackMotion) -> &[f64; 6]| of(&swelling[n])[0];
+    let slope = |n: usize, of: fn(&JackMotion) -> &[f64; 6]| {
+        (8.0 * (jack(n + 1, of) - jack(n - 1, of)) - (jack(n + 2, of) - jack(n - 2, of))) / 0.012
+    };
+    let largest = swelling
+        .iter()
+        .fold(0.0, |max: f64, m| max.max(m.acceleration_m_s2[0].abs()));
+    assert!(largest > 0.02);
+    for n in 2..390 {
+        let (speed, acceleration) = (jack(n, |m| &m.speed_m_s), jack(n, |m| &m.acceleration_m_s2));
+        close(slope(n, |m| &m.displacement_m), speed, 1e-6, "speed");
+        close(
+            slope(n, |m| &m.speed_m_s),
+            acceleration,
+            2e-4,
+            "acceleration",
+        );
+    }
+}
+
 /// Root of the mean square over a run of the difference between a value and the slope of another.
 fn mismatch(
     run: &[Motion],
@@ -275,4 +337,37 @@ fn every_preset_moves_in_six_axes_and_comes_home() {
             close(off, 0.0, 1e-4, name);
         }
     }
+}
+
+#[test]
+fn true_hinges_put_home_beside_its_nominal_place() {
+    let mut geometry = an74();
+    let aside = |geometry: &Geometry, seed: u64| {
+        let bench = Bench::with_geometry(seed, geometry).unwrap();
+        (bench.motion().pose.position_m - geometry.home.position_m).norm()
+    };
+    let squares: Vec<f64> = (0..40).map(|seed| aside(&geometry, seed).powi(2)).collect();
+    let rms = (squares.iter().sum::<f64>() / 40.0).sqrt();
+    // Each leg is off by 0.5 mm · √2; six of them leave a position that is off by about as much.
+    assert!((0.0003..0.003).contains(&rms), "{rms} m");
+    geometry.hinge_tolerance_m = 0.0;
+    assert!(aside(&geometry, 1) < 1e-11);
+}
+
+#[test]
+fn the_time_of_a_board_begins_with_its_connection() {
+    let mut bench = Bench::with_geometry(1, &an74()).unwrap();
+    close(
+        pass(&mut bench, 1.0).last().unwrap().time_s,
+        1.0,
+        1e-12,
+        "first",
+    );
+    bench.connect();
+    close(
+        pass(&mut bench, 0.1).last().unwrap().time_s,
+        0.1,
+        1e-12,
+        "second",
+    );
 }

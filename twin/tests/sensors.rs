@@ -5,6 +5,7 @@ mod support;
 use std::f64::consts::TAU;
 
 use support::close;
+use twin::Bench;
 use twin::algebra::Vec3;
 use twin::bench::STEP_S;
 use twin::board::Surroundings;
@@ -168,5 +169,36 @@ fn hum_supply_and_temperature_stay_in_their_classes() {
             .collect();
         close(rms(&period) * 2f64.sqrt(), 0.0005 * 1.5, 1e-12, "hum");
         close(mean(&period), 0.0, 1e-12, "hum is 50 Hz");
+    }
+}
+
+#[test]
+fn every_analog_pin_hums() {
+    let seconds = 40.0;
+    let mut bench = Bench::with_geometry(1, &support::an74()).unwrap();
+    let (mut rows, mut phasors, mut count) = (Vec::new(), [(0.0, 0.0); 15], 0u32);
+    for _ in 0..(seconds / 0.02) as usize {
+        bench.next_chunk(&mut rows, |_| ()).unwrap();
+        for row in rows.chunks_exact(17).skip(1) {
+            count += 1;
+            let (sine, cosine) = (TAU * 50.0 * f64::from(count) * STEP_S).sin_cos();
+            for (phasor, volts) in phasors.iter_mut().zip(row) {
+                phasor.0 += f64::from(*volts) * sine;
+                phasor.1 += f64::from(*volts) * cosine;
+            }
+        }
+    }
+    for (pin, (re, im)) in phasors.into_iter().enumerate() {
+        let volts = 2.0 * f64::hypot(re, im) / f64::from(count);
+        // Noise of one-sided density d leaves an amplitude that is uncertain by d/√T.
+        let density = TRIADS
+            .get(pin / 3)
+            .map_or(1e-5, |triad| triad.noise_density * triad.volts_per_unit());
+        close(
+            volts,
+            0.0005 * 1.5,
+            4.0 * density / f64::sqrt(seconds) + 2e-5,
+            "hum",
+        );
     }
 }

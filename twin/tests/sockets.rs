@@ -6,6 +6,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use support::{an74, program};
@@ -13,6 +14,7 @@ use twin::Program;
 use twin::bench::CHUNK_STEPS;
 use twin::board::COLUMNS;
 use twin::mechanism::Pose;
+use twin::truth_log::TruthLog;
 
 /// A twin process; it is killed when the test ends.
 struct Served {
@@ -213,6 +215,21 @@ fn a_run_moves_the_base_and_its_truth_is_written_down() {
 }
 
 #[test]
+fn a_run_that_is_commanded_again_begins_the_truth_afresh() {
+    let path = folder("again").join("truth.csv");
+    let bench = twin::Bench::with_geometry(1, &an74()).unwrap();
+    let mut log = TruthLog::create(&path, "pitch").unwrap();
+    let mut record = |name: &str, steps: usize| {
+        log.run_commanded(name).unwrap();
+        (0..steps).for_each(|_| log.step(bench.motion()).unwrap());
+        std::fs::read_to_string(&path).unwrap().lines().count()
+    };
+    assert_eq!(record("pitch", 43), 1 + 10);
+    assert_eq!(record("roll", 40), 1 + 10);
+    assert_eq!(record("pitch", 8), 1 + 2);
+}
+
+#[test]
 fn a_killed_twin_leaves_whole_lines_of_truth() {
     let path = folder("killed");
     let log = path.join("truth.csv");
@@ -275,8 +292,11 @@ fn what_cannot_be_done_is_answered_and_the_twin_lives_on() {
     }
     let mut board = TcpStream::connect(&twin.pins).unwrap();
     board.write_all(b"?").unwrap();
+    board
+        .set_read_timeout(Some(Duration::from_secs(10)))
+        .unwrap();
     let mut rest = Vec::new();
-    let _ = board.read_to_end(&mut rest);
+    board.read_to_end(&mut rest).unwrap();
     assert_eq!(
         rest.iter().filter(|byte| **byte == b'\n').count(),
         1,
