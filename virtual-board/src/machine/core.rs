@@ -128,6 +128,8 @@ pub(super) struct Context {
     /// The run also ends when so many characters wait, or none follows.
     most_sent: Option<usize>,
     blocks: [BlockTable; CODE_AREAS.len()],
+    /// Where the block that ran last ends.
+    block_end: u32,
     /// The event register.
     pub(super) event: bool,
     pub(super) sleep: Option<Sleep>,
@@ -159,6 +161,7 @@ impl Machine {
             stop_at: 0,
             most_sent: None,
             blocks: CODE_AREAS.map(|(base, size)| BlockTable::new(base, size)),
+            block_end: 0,
             event: false,
             sleep: None,
             pause: Pause::None,
@@ -313,8 +316,8 @@ impl Machine {
 
     fn emulator_error(&mut self, error: uc_error) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
-        // WFE and YIELD end a run as invalid instructions, but leave no syndrome, and the counter behind them.
-        if error == uc_error::INSN_INVALID && self.register(RegisterARM::ESR) == 0 {
+        // WFE and YIELD end a run as invalid instructions too, but end their block, and leave the counter behind it.
+        if error == uc_error::INSN_INVALID && pc == self.context().block_end {
             match self.half_word(pc.wrapping_sub(2)) {
                 Some(WFE) => {
                     self.wait_for_event();
@@ -324,7 +327,6 @@ impl Machine {
                 _ => {}
             }
         }
-        self.set_register(RegisterARM::ESR, 0);
         self.fault_of_error(error, pc)
     }
 
@@ -687,6 +689,7 @@ fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
         None => decode_block(uc, area, address, size),
     };
     let context = uc.get_data_mut();
+    context.block_end = address + size;
     context.cycles += Cycles::from(info.instructions);
     context.event |= info.sends_event;
 }
