@@ -1,11 +1,12 @@
 //! Offsets, matrices and delays from condensed runs under a belief.
 
 use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
-use hexsense::calibration::truth::{self, SineTruth, coordinates, specific_force_at_rest};
+use hexsense::calibration::truth::{self, SineTruth, Site, coordinates, specific_force_at_rest};
 use hexsense::channel::{CHANNELS, INERTIAL, JACKS, Triad};
 use hexsense::harmonics::{Harmonic, Harmonics, Series};
 use hexsense::kinematics::forward::{Options, Solver};
 use hexsense::kinematics::{Pose, forward::ForwardError};
+use hexsense::least_squares::NormalEquations;
 use hexsense::sampling::instant_s;
 use nalgebra::{Complex, Vector3};
 
@@ -37,6 +38,8 @@ pub struct Estimate {
     pub fits: [TriadFit; 3],
     /// Counts at zero input of each triad.
     pub offsets: [Vector3<f64>; 3],
+    /// Place of the sensor block from O in body axes as the accelerometers feel it in the turns, m.
+    pub lever_arm_m: Vector3<f64>,
 }
 
 /// Poses of a base, one after another.
@@ -79,8 +82,8 @@ impl<'a> Poses<'a> {
     pub fn next(&mut self, counts: &[f64; JACKS]) -> Result<Pose<f64>, AnalysisError> {
         let lengths = self.belief.lengths_m(counts);
         let solution = match &self.last {
-            Some(pose) => self.solver.from_seed(&lengths, pose),
-            None => self.solver.from_home(&lengths),
+            Some(pose) => self.solver.track(&lengths, pose),
+            None => self.solver.solve(&lengths),
         };
         let pose = solution
             .map_err(|source: ForwardError<f64>| AnalysisError::Pose {
@@ -100,22 +103,22 @@ impl Condensed {
     /// [`AnalysisError::Pose`], [`AnalysisError::Triad`] and [`AnalysisError::Tolerance`].
     pub fn estimate(&self, belief: &Belief) -> Result<Estimate, AnalysisError> {
         let home = self.home_force(belief)?;
-        let heave = sweep_truth(&self.heave, self.rate_hz, belief)?;
-        let turns: Vec<SineTruth> = self
+        let heave = SweepTruth::new(&self.heave, self.rate_hz, belief)?;
+        let turns: Vec<SweepTruth> = self
             .turns
             .iter()
-            .map(|sweep| sweep_truth(sweep, self.rate_hz, belief))
+            .map(|sweep| SweepTruth::new(sweep, self.rate_hz, belief))
             .collect::<Result<_, _>>()?;
         let sine_runs = |triad: Triad, part: fn(&SineTruth) -> [Complex<f64>; 3]| -> Vec<SineRun> {
             let runs = self.turns.iter().zip(&turns);
-            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(truth), belief))
+            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(&truth.at(belief.site)), belief))
                 .collect()
         };
         let runs = [
             vec![sine_run(
                 &self.heave,
                 Triad::LinearAcceleration,
-                heave.specific_force,
+                heave.at(belief.site).specific_force,
                 belief,
             )],
             sine_runs(Triad::AngularAcceleration, |truth| {
@@ -145,10 +148,50 @@ impl Condensed {
         }
         let [a, e, w] = <[TriadFit; 3]>::try_from(fits)
             .unwrap_or_else(|_| unreachable!("one fit for each triad"));
+        let lever_arm_m = self.lever_arm_m(&turns, &a, belief)?;
         Ok(Estimate {
             fits: [a, e, w],
             offsets,
+            lever_arm_m,
         })
+    }
+
+    /// Lever arm from what the accelerometers feel in the turns. Specific force is linear in the lever arm r:
+    /// f(r) = f(0) + Σ r_i·(f(e_i) − f(0)).
+    fn lever_arm_m(
+        &self,
+        turns: &[SweepTruth],
+        fit: &TriadFit,
+        belief: &Belief,
+    ) -> Result<Vector3<f64>, AnalysisError> {
+        let mut equations = NormalEquations::<3>::default();
+        for (sweep, truth) in self.turns.iter().zip(turns) {
+            let at = |lever_arm_m| {
+                truth
+                    .at(Site {
+                        lever_arm_m,
+                        ..belief.site
+                    })
+                    .specific_force
+            };
+            let centre = at(Vector3::zeros());
+            let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(at);
+            let counts = sine_run(sweep, Triad::LinearAcceleration, centre, belief).counts;
+            let undelayed = counts.map(|count| count * Complex::cis(sweep.omega * fit.delay_s));
+            for axis in 0..3 {
+                let felt: Complex<f64> = (0..3)
+                    .map(|sensor| undelayed[sensor] * fit.matrix[(axis, sensor)])
+                    .sum();
+                for part in [|c: Complex<f64>| c.re, |c: Complex<f64>| c.im] {
+                    let columns = Vector3::from(along.map(|f| part(f[axis] - centre[axis])));
+                    equations.add(&columns, part(felt - centre[axis]), 1.0);
+                }
+            }
+        }
+        let solution = equations.solve().ok_or(AnalysisError::MissingRun {
+            run: "roll, yaw or pitch sine",
+        })?;
+        Ok(solution.unknowns)
     }
 
     /// Specific force at home under a belief, m/s².
@@ -240,13 +283,24 @@ fn mean_jack_instant_s() -> f64 {
     (INERTIAL..CHANNELS).map(instant_s).sum::<f64>() / JACKS as f64
 }
 
-fn sweep_truth(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<SineTruth, AnalysisError> {
-    let fits = pose_harmonics(sweep, rate_hz, belief)?;
-    Ok(truth::sine_truth(
-        &fits,
-        sweep.omega / belief.clock,
-        &belief.site,
-    ))
+/// The truth of a sine run, for any place of the sensor block.
+struct SweepTruth {
+    fits: [Harmonics; 6],
+    omega: f64,
+}
+
+impl SweepTruth {
+    fn new(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<Self, AnalysisError> {
+        let fits = pose_harmonics(sweep, rate_hz, belief)?;
+        Ok(Self {
+            fits,
+            omega: sweep.omega / belief.clock,
+        })
+    }
+
+    fn at(&self, site: Site) -> SineTruth {
+        truth::sine_truth(&self.fits, self.omega, &site)
+    }
 }
 
 fn sine_run(sweep: &Sweep, triad: Triad, truth: [Complex<f64>; 3], belief: &Belief) -> SineRun {

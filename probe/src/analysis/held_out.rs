@@ -130,8 +130,10 @@ pub struct HeldOut {
     pub before: Signals,
     /// Values that follow from the pose by the jacks.
     pub reference: Signals,
-    /// Scan of the capture that the first value stands for.
+    /// Place in the capture, in scans from its start, that the first value stands for.
     pub first: f64,
+    /// Scans from one value to the next.
+    pub group: usize,
 }
 
 /// Reduces a held-out capture with board-made values to values and reference.
@@ -153,10 +155,10 @@ pub fn held_out(
             run: "held-out with values",
         })?;
     let group = (f64::from(run.rate_hz) / RATE_HZ).round() as usize;
-    let groups = counts.len() / group;
+    let scans = movement(run, &counts, base, group)?;
     let mean = |values: &[f64]| -> Vec<f64> {
-        values
-            .chunks_exact(group)
+        let groups = values[scans.clone()].chunks_exact(group);
+        groups
             .map(|group| group.iter().sum::<f64>() / group.len() as f64)
             .collect()
     };
@@ -165,36 +167,44 @@ pub fn held_out(
         advance(&mean(&values), delay_s * RATE_HZ)
     };
     let after = core::array::from_fn(|channel| {
-        undelayed(
-            channel,
-            values
-                .iter()
-                .map(|values| f64::from(values[channel]))
-                .collect(),
-        )
+        let channel_values = values.iter().map(|values| f64::from(values[channel]));
+        undelayed(channel, channel_values.collect())
     });
     let before = core::array::from_fn(|channel| {
-        let (per_unit, zero) = sensors
-            .triad(Triad::ALL[channel / 3])
-            .nominal_counts(sensors.counts_per_volt());
-        undelayed(
-            channel,
-            counts
-                .channel(channel)
-                .iter()
-                .map(|count| (count - zero) / per_unit)
-                .collect(),
-        )
+        let sheet = sensors.triad(Triad::ALL[channel / 3]);
+        let (per_unit, zero) = sheet.nominal_counts(sensors.counts_per_volt());
+        let values = counts
+            .channel(channel)
+            .into_iter()
+            .map(|count| (count - zero) / per_unit);
+        undelayed(channel, values.collect())
     });
     let jacks: [Vec<f64>; JACKS] =
         core::array::from_fn(|jack| mean(&counts.channel(INERTIAL + jack)));
-    let reference = reference(base, sensors, run, &jacks, groups)?;
+    let reference = reference(base, sensors, run, results, &jacks)?;
+    let first = scans.start as f64 + (group as f64 - 1.0) / 2.0;
     Ok(HeldOut {
         after,
         before,
         reference,
-        first: (group as f64 - 1.0) / 2.0,
+        first,
+        group,
     })
+}
+
+/// The scans of the movement, in whole groups, with what the low-pass needs at both ends.
+fn movement(
+    run: &Run,
+    counts: &Counts,
+    base: &GeometryFile,
+    group: usize,
+) -> Result<core::ops::Range<usize>, AnalysisError> {
+    let rate = f64::from(run.rate_hz);
+    let onset_s = counts.onset_s(&base.geometry)?;
+    let start = ((onset_s - ENDS_S).max(0.0) * rate) as usize;
+    let end = ((onset_s + run.program.duration_s() + ENDS_S) * rate) as usize;
+    let end = end.min(counts.len());
+    Ok(start..start + (end - start) / group * group)
 }
 
 /// Shifts a series to earlier times by a fraction of a sample or more, by linear interpolation; the end is held.
@@ -214,12 +224,13 @@ fn reference(
     base: &GeometryFile,
     sensors: &SensorFile,
     run: &Run,
+    results: &Results,
     jacks: &[Vec<f64>; JACKS],
-    groups: usize,
 ) -> Result<Signals, AnalysisError> {
     let belief = Belief::new(base, sensors);
     let mut poses = Poses::new(&belief, &run.name)?;
     let mut coordinates: [Vec<f64>; 6] = Default::default();
+    let groups = jacks[0].len();
     for index in 0..groups {
         let pose = poses.next(&core::array::from_fn(|jack| jacks[jack][index]))?;
         let row = hexsense::calibration::truth::coordinates(&pose);
@@ -234,7 +245,15 @@ fn reference(
         .map(|index| UnitQuaternion::from_scaled_axis(vector(3, index)))
         .collect();
     let position: Vec<Vector3<f64>> = (0..groups).map(|index| vector(0, index)).collect();
-    Ok(felt(&position, &attitude, &belief.site))
+    let lever_arm_m = Vector3::from(results.lever_arm_m.map(|place| place.estimate));
+    Ok(felt(
+        &position,
+        &attitude,
+        &Site {
+            lever_arm_m,
+            ..belief.site
+        },
+    ))
 }
 
 /// Specific force, angular acceleration and rate along a path sampled at [`RATE_HZ`].

@@ -87,6 +87,8 @@ pub struct Results {
     pub channels: Vec<ChannelResult>,
     /// Delay of each triad behind the jacks, s.
     pub delays_s: [f64; 3],
+    /// Place of the sensor block from O in body axes, m, as the accelerometers feel it.
+    pub lever_arm_m: [Measured; 3],
     /// How the base followed the sines.
     pub motion: Vec<Response>,
     /// Scans evaluated.
@@ -128,6 +130,9 @@ pub fn analyse(
     let results = Results {
         channels: channels.collect(),
         delays_s: estimate.fits.each_ref().map(|fit| fit.delay_s),
+        lever_arm_m: core::array::from_fn(|axis| {
+            measured(estimate.lever_arm_m[axis], &budgets.lever_arm[axis])
+        }),
         motion,
         scans: runs.iter().map(|run| run.capture.scans.len() as u64).sum(),
     };
@@ -243,11 +248,13 @@ fn density(samples: &[f64], rate_hz: u32) -> f64 {
     (variance * 0.2).sqrt().max(1e-3)
 }
 
-/// Budgets of all matrix elements and offsets, and of the values at rest.
+/// Budgets of all matrix elements and offsets, of the values at rest, and of the lever arm.
+#[derive(Default)]
 struct Budgets {
     matrix: [[[Budget; 3]; 3]; 3],
     offset: [[Budget; 3]; 3],
     rest: [[Budget; 3]; 3],
+    lever_arm: [Budget; 3],
 }
 
 impl Budgets {
@@ -258,11 +265,7 @@ impl Budgets {
         base: &GeometryFile,
         sensors: &SensorFile,
     ) -> Result<Self, AnalysisError> {
-        let mut budgets = Self {
-            matrix: Default::default(),
-            offset: Default::default(),
-            rest: Default::default(),
-        };
+        let mut budgets = Self::default();
         for doubt in belief.doubts(base, sensors) {
             let changed = condensed.estimate(&doubt.belief)?;
             budgets.add_change(doubt.cause, estimate, &changed);
@@ -276,6 +279,11 @@ impl Budgets {
     }
 
     fn add_change(&mut self, cause: Cause, estimate: &Estimate, changed: &Estimate) {
+        let moved = changed.lever_arm_m - estimate.lever_arm_m;
+        self.lever_arm
+            .iter_mut()
+            .zip(moved.iter())
+            .for_each(|(budget, change)| budget.add(cause, *change));
         for triad in 0..3 {
             let matrix = changed.fits[triad].matrix - estimate.fits[triad].matrix;
             let offset = changed.offsets[triad] - estimate.offsets[triad];
@@ -361,6 +369,13 @@ impl Budgets {
     }
 }
 
+fn measured(estimate: f64, budget: &Budget) -> Measured {
+    Measured {
+        estimate,
+        expanded_uncertainty: budget.expanded(),
+    }
+}
+
 fn channel_result(
     channel: usize,
     condensed: &Condensed,
@@ -372,10 +387,6 @@ fn channel_result(
     let index = triad.index();
     let matrix = &estimate.fits[index].matrix;
     let gain = matrix[(axis, axis)];
-    let measured = |estimate: f64, budget: &Budget| Measured {
-        estimate,
-        expanded_uncertainty: budget.expanded(),
-    };
     let (gain_budget, offset_budget) = (
         &budgets.matrix[index][axis][axis],
         &budgets.offset[index][axis],

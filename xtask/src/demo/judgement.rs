@@ -1,0 +1,150 @@
+//! The only place where estimate and truth meet.
+
+use anyhow::{Context, ensure};
+use hexsense::channel::{INERTIAL, JACKS, NAMES};
+use hexsense_probe::analysis::Run;
+use hexsense_probe::analysis::condense::Counts;
+use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
+use hexsense_probe::analysis::results::Results;
+use hexsense_probe::campaign::Campaign;
+use hexsense_probe::plan::Purpose;
+use serde::Serialize;
+use serde_json::Value;
+
+use super::alignment::{Alignment, TruthLog, align};
+use super::story::{Told, VERIFY_AFTER};
+
+/// Everything that was compared.
+pub struct Judged {
+    /// The results of the campaign, nine channels.
+    pub results: Results,
+    /// The nine channels of the held-out movement against the truth.
+    pub held_out: Vec<ChannelVerdict>,
+    /// Scans taken and lost in all runs.
+    pub samples: Samples,
+}
+
+/// Scans of all runs.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Samples {
+    /// Scans in the captures.
+    pub taken: u64,
+    /// Scans that the board or the link lost.
+    pub lost: u64,
+}
+
+/// Compares what the host tool found with what the twin knows.
+pub fn judge(told: &Told) -> anyhow::Result<Judged> {
+    let campaign = Campaign::open(&told.campaign)?;
+    let results: Results = read(&told.campaign.join("results.json"))?;
+    let run = campaign
+        .plan
+        .runs
+        .iter()
+        .find(|run| run.purpose == Purpose::Verify)
+        .context("the plan has no held-out run")?;
+    let run = campaign.recorded(run)?;
+    let seen = held_out(&campaign.geometry, &campaign.sensors, &run, &results)?;
+    let log = TruthLog::parse(&std::fs::read_to_string(&told.truth_log)?)?;
+    let alignment = place(&campaign, &run, &seen, &log)?;
+    let held_out = against_truth(&seen, &log, alignment, &results);
+    Ok(Judged {
+        results,
+        held_out,
+        samples: samples(&campaign)?,
+    })
+}
+
+/// Reads a JSON file of the campaign.
+fn read<T: serde::de::DeserializeOwned>(path: &std::path::Path) -> anyhow::Result<T> {
+    let text =
+        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    serde_json::from_str(&text)
+        .with_context(|| format!("{} is not what it should be", path.display()))
+}
+
+/// Where the values of the held-out run lie in the twin's time.
+fn place(
+    campaign: &Campaign,
+    run: &Run,
+    seen: &HeldOut,
+    log: &TruthLog,
+) -> anyhow::Result<Alignment> {
+    let geometry = &campaign.geometry.geometry;
+    let stroke_m = geometry.length_max_m() - geometry.length_min_m();
+    let counts = Counts::new(run)?;
+    let jacks: [Vec<f64>; JACKS] = core::array::from_fn(|jack| counts.channel(INERTIAL + jack));
+    let start = (seen.first - (seen.group as f64 - 1.0) / 2.0) as usize;
+    let row = |index: usize| {
+        let scans = start + index * seen.group..start + (index + 1) * seen.group;
+        jacks.each_ref().map(|jack| {
+            let mean = jack[scans.clone()].iter().sum::<f64>() / seen.group as f64;
+            campaign.sensors.jack_displacement_m(mean, stroke_m)
+        })
+    };
+    let rows: Vec<[f64; JACKS]> = (0..seen.after[0].len()).map(row).collect();
+    align(&rows, seen.group as f64 / f64::from(run.rate_hz), log)
+}
+
+/// The verdict of [`compare`] with the twin's truth as reference.
+fn against_truth(
+    seen: &HeldOut,
+    log: &TruthLog,
+    alignment: Alignment,
+    results: &Results,
+) -> Vec<ChannelVerdict> {
+    let time_s = |index: usize| alignment.start_s + index as f64 * alignment.period_s;
+    let known = |index: &usize| log.at(time_s(*index), 0).is_some();
+    let indices: Vec<usize> = (0..seen.after[0].len()).filter(known).collect();
+    let pick = |signals: &Signals| -> Signals {
+        signals
+            .each_ref()
+            .map(|values| indices.iter().map(|index| values[*index]).collect())
+    };
+    let truth: Signals = core::array::from_fn(|channel| {
+        indices
+            .iter()
+            .filter_map(|index| log.at(time_s(*index), channel))
+            .collect()
+    });
+    compare(
+        &truth,
+        &pick(&seen.after),
+        &pick(&seen.before),
+        results,
+        VERIFY_AFTER as f64,
+    )
+}
+
+fn samples(campaign: &Campaign) -> anyhow::Result<Samples> {
+    let mut samples = Samples { taken: 0, lost: 0 };
+    for run in &campaign.plan.runs {
+        let record = campaign.record(&run.name)?;
+        samples.taken += record.scans;
+        samples.lost += record.scans_lost;
+    }
+    Ok(samples)
+}
+
+/// The truth of the nine channels: offset in counts and gain in unit per count.
+pub fn truths(told: &Told) -> anyhow::Result<[(f64, f64); INERTIAL]> {
+    let channels = told.truth["channels"]
+        .as_array()
+        .context("the twin's truth has no channels")?;
+    ensure!(
+        channels.len() == INERTIAL,
+        "the twin's truth has {} channels, not {INERTIAL}",
+        channels.len()
+    );
+    let mut truths = [(0.0, 0.0); INERTIAL];
+    for ((truth, channel), name) in truths.iter_mut().zip(channels).zip(NAMES) {
+        ensure!(
+            channel["name"] == name,
+            "the twin's truth has {} where {name} should be",
+            channel["name"]
+        );
+        let number = |value: &Value| value["truth"].as_f64().context("a truth that is no number");
+        *truth = (number(&channel["offset"])?, number(&channel["gain"])?);
+    }
+    Ok(truths)
+}
