@@ -157,6 +157,7 @@ fn twin(arguments: &[&str]) -> Output {
 #[test]
 fn bad_options_fail_with_a_reason_and_write_nothing() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("never.toml");
+    let _ = std::fs::remove_file(&out);
     let out = out.to_str().unwrap();
     for (arguments, says) in [
         (
