@@ -8,7 +8,9 @@
 //! programs/NAME.csv   jack programs
 //! captures/NAME.csv   scans of a run, see [`crate::capture`]
 //! captures/NAME.json  what is known of a run beside its scans
-//! coefficients.toml   the result, see [`crate::coefficient_file`]
+//! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
+//! results.json        the results with their uncertainties, see [`crate::analysis`]
+//! verification.json   how the held-out movement came out
 //! ```
 //!
 //! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A campaign that broke off
@@ -24,7 +26,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::analysis;
+use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
 use crate::capture::Capture;
 use crate::files::{self, FileError};
 use crate::geometry_file::{GeometryFile, GeometryFileError};
@@ -228,22 +230,29 @@ impl Campaign {
         )
     }
 
-    /// Notes the board, or checks that it is the one that the campaign was begun with.
+    /// Whether the campaign was begun with this board, or with none yet.
     ///
     /// # Errors
     /// [`CampaignError::Other`] for another board, [`CampaignError::File`].
-    pub fn note_board(&self, board: &BoardRecord) -> Result<(), CampaignError> {
-        let path = self.folder.join("board.json");
-        if path.exists() {
-            let noted: BoardRecord = read_json(&path)?;
-            if noted.board != board.board {
-                return Err(other(
-                    &self.folder,
-                    &format!("board {}, not {}", noted.board, board.board),
-                ));
-            }
+    pub fn check_board(&self, board: &BoardRecord) -> Result<(), CampaignError> {
+        if !self.folder.join("board.json").exists() {
+            return Ok(());
         }
-        Ok(write_json(&path, board)?)
+        let noted = self.board()?.board;
+        if noted == board.board {
+            Ok(())
+        } else {
+            let what = format!("board {noted}, not with board {}", board.board);
+            Err(other(&self.folder, &what))
+        }
+    }
+
+    /// Notes what was read from the board.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_board(&self, board: &BoardRecord) -> Result<(), FileError> {
+        write_json(&self.folder.join("board.json"), board)
     }
 
     /// What was noted of the board.
@@ -252,6 +261,48 @@ impl Campaign {
     /// [`FileError`].
     pub fn board(&self) -> Result<BoardRecord, FileError> {
         read_json(&self.folder.join("board.json"))
+    }
+
+    /// Writes the results of the calibration.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_results(&self, results: &Results) -> Result<(), FileError> {
+        write_json(&self.folder.join("results.json"), results)
+    }
+
+    /// The results of the calibration.
+    ///
+    /// # Errors
+    /// [`FileError`], also when there are none yet.
+    pub fn results(&self) -> Result<Results, FileError> {
+        read_json(&self.folder.join("results.json"))
+    }
+
+    /// Writes how the held-out movement came out.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_verdicts(&self, verdicts: &[ChannelVerdict]) -> Result<(), FileError> {
+        write_json(&self.folder.join("verification.json"), &verdicts)
+    }
+
+    /// Length of everything that is recorded, s: what passes at least between the first run and the last.
+    ///
+    /// # Errors
+    /// Those of [`Campaign::record`].
+    pub fn recorded_s(&self) -> Result<f64, CampaignError> {
+        let mut seconds = 0.0;
+        for run in self
+            .plan
+            .runs
+            .iter()
+            .filter(|run| self.is_recorded(&run.name))
+        {
+            let record = self.record(&run.name)?;
+            seconds += (record.scans + record.scans_lost) as f64 / f64::from(record.rate_hz);
+        }
+        Ok(seconds)
     }
 
     /// Where the jack programs of a run are.

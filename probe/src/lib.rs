@@ -3,13 +3,21 @@
 //!
 //! | room | what happens there |
 //! |---|---|
-//! | [`geometry_file`], [`sensor_file`] | what is known of the base and the sensors before anything moves |
-//! | [`capture`] | the recorded scans of one run, as CSV |
+//! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
+//! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
+//! | [`link`] | the conversation with the board |
+//! | [`motion`] | who drives the base: a person at its controller, or the twin |
+//! | [`record`] | one run: from the stream of scans to a [`capture`] |
+//! | [`campaign`] | the folder that all this is kept in |
+//! | [`analysis`] | from captures to coefficients with their uncertainties |
+//! | [`coefficient_file`] | a coefficient set that people can read |
+//! | [`cli`] | the commands |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
 pub mod campaign;
 pub mod capture;
+pub mod cli;
 pub mod coefficient_file;
 pub mod files;
 pub mod geometry_file;

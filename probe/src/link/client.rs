@@ -35,7 +35,7 @@ pub struct Client {
     deframer: Box<Deframer<MAX_FRAME>>,
     received: Vec<u8>,
     sequence: u16,
-    greeting: Greeting,
+    greeting: Option<Greeting>,
     answers: VecDeque<(u16, Option<Response>)>,
     blocks: VecDeque<Block>,
     damaged: u64,
@@ -73,10 +73,7 @@ impl Client {
             deframer: Box::default(),
             received: Vec::new(),
             sequence: 0,
-            greeting: Greeting {
-                wire: 0,
-                firmware: [0; 3],
-            },
+            greeting: None,
             answers: VecDeque::new(),
             blocks: VecDeque::new(),
             damaged: 0,
@@ -99,15 +96,15 @@ impl Client {
             let deadline = self.transport.now() + ANSWER;
             while self.transport.now() < deadline {
                 self.receive(deadline)?;
-                if self.greeting.wire == VERSION {
-                    return Ok(());
-                }
-                if self.greeting.wire != 0 {
-                    let Greeting {
+                match self.greeting {
+                    Some(greeting) if greeting.wire == VERSION => return Ok(()),
+                    Some(Greeting {
                         wire: board,
                         firmware,
-                    } = self.greeting;
-                    return Err(ProtocolError::Version { board, firmware }.into());
+                    }) => {
+                        return Err(ProtocolError::Version { board, firmware }.into());
+                    }
+                    None => {}
                 }
             }
         }
@@ -118,10 +115,10 @@ impl Client {
         .into())
     }
 
-    /// What the board said of itself first.
+    /// Version of the board's firmware: major, minor, patch.
     #[must_use]
-    pub fn greeting(&self) -> Greeting {
-        self.greeting
+    pub fn firmware(&self) -> [u8; 3] {
+        self.greeting.map_or([0; 3], |greeting| greeting.firmware)
     }
 
     /// The port as it was asked for.
@@ -368,7 +365,7 @@ impl Client {
             };
             match frame.map(|frame| (frame.kind, frame)) {
                 Some((Kind::Greeting, frame)) => {
-                    self.greeting = Greeting::decode(frame.payload).unwrap_or(self.greeting);
+                    self.greeting = Greeting::decode(frame.payload).or(self.greeting);
                 }
                 Some((Kind::Response, frame)) => {
                     self.answers

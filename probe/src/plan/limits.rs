@@ -29,7 +29,9 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    fn unit(self) -> &'static str {
+    /// Unit of values and limits.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
         match self {
             Self::Length => "m",
             Self::Speed => "m/s",

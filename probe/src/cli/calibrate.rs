@@ -1,0 +1,145 @@
+//! `hexsense calibrate`: from the plan to the coefficients.
+
+use clap::Args;
+use hexsense::store::{CoefficientSet, TriadCoefficients};
+use hexsense::wire::Identity;
+
+use super::arguments::{Base, Bench, Port};
+use super::session;
+use crate::analysis::results::{self, Results};
+use crate::campaign::Campaign;
+use crate::coefficient_file;
+use crate::geometry_file::GeometryFile;
+use crate::plan::{Purpose, Run, campaign};
+use crate::sensor_file::SensorFile;
+
+/// Record a calibration campaign and compute offsets, matrices and their uncertainties.
+///
+/// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
+/// writes coefficients.toml and results.json into the campaign's folder. On a real base, load the jack program that
+/// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
+/// Nothing on the board changes: `hexsense upload` does that.
+#[derive(Args)]
+pub struct Calibrate {
+    #[command(flatten)]
+    port: Port,
+    #[command(flatten)]
+    base: Base,
+    #[command(flatten)]
+    bench: Bench,
+}
+
+impl Calibrate {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Files, link, motion controller and analysis.
+    pub fn run(self) -> anyhow::Result<()> {
+        let campaign = Campaign::prepare(
+            &self.bench.out,
+            GeometryFile::load(&self.base.geometry)?,
+            SensorFile::load(&self.bench.sensors)?,
+            |geometry| Ok::<_, anyhow::Error>(campaign::plan(geometry)?),
+        )?;
+        let coefficients = campaign.folder.join("coefficients.toml");
+        if coefficients.exists() {
+            anyhow::bail!(
+                "{} is the result of a finished campaign; choose another folder for a new one",
+                coefficients.display()
+            );
+        }
+        let mut client = self.port.open()?;
+        let identity = session::ready(&mut client)?;
+        let mut motion = self.bench.motion()?;
+        campaign.check_board(&session::board_record(&client, &identity))?;
+        campaign.write()?;
+        campaign.note_board(&session::board_record(&client, &identity))?;
+        let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
+        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, false)?;
+        eprintln!("analysing");
+        let analysis = analyse(&campaign, &runs)?;
+        let set = coefficient_set(
+            &campaign,
+            &identity,
+            &runs,
+            analysis.triads,
+            self.bench.unix_s(),
+        )?;
+        campaign.note_results(&analysis.results)?;
+        coefficient_file::save(&coefficients, &set)?;
+        print!("{}", table(&analysis.results));
+        println!("written: {}", coefficients.display());
+        println!(
+            "next: hexsense upload --port {} {}",
+            self.port.port,
+            campaign.folder.display()
+        );
+        Ok(())
+    }
+}
+
+fn analyse(campaign: &Campaign, runs: &[&Run]) -> anyhow::Result<results::Analysis> {
+    let recorded = runs.iter().map(|run| campaign.recorded(run));
+    let recorded = recorded.collect::<Result<Vec<_>, _>>()?;
+    Ok(results::analyse(
+        &campaign.geometry,
+        &campaign.sensors,
+        &recorded,
+    )?)
+}
+
+fn coefficient_set(
+    campaign: &Campaign,
+    identity: &Identity,
+    runs: &[&Run],
+    triads: [TriadCoefficients; 3],
+    unix_s: u64,
+) -> anyhow::Result<CoefficientSet> {
+    let (geometry, mut geometry_hash) = (&campaign.geometry, [0; 8]);
+    geometry_hash.copy_from_slice(&geometry.hash[..8]);
+    Ok(CoefficientSet {
+        board: identity.board,
+        // The geometry file was refused if its name is too long.
+        geometry: geometry.name.as_str().try_into().unwrap_or_default(),
+        geometry_hash,
+        unix_s,
+        temperature_c: mean_temperature_c(campaign, runs)?,
+        provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
+        triads,
+    })
+}
+
+fn mean_temperature_c(campaign: &Campaign, runs: &[&Run]) -> anyhow::Result<f32> {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for run in runs {
+        let capture = campaign.capture(&run.name)?;
+        sum += capture
+            .temperature_c
+            .iter()
+            .map(|degrees| f64::from(*degrees))
+            .sum::<f64>();
+        count += capture.temperature_c.len();
+    }
+    Ok((sum / count.max(1) as f64) as f32)
+}
+
+/// The nine channels as a table.
+fn table(results: &Results) -> String {
+    let mut text = String::from(
+        "\nchannel  offset u0, counts       k, unit per count                    S, counts per unit\n",
+    );
+    for channel in &results.channels {
+        let k = channel.gain.estimate;
+        text += &format!(
+            "{:<7} {:>9.2} ± {:<8.2}  {:>13.6e} ± {:<9.2e} {:<7}  {:>12.3}\n",
+            channel.name,
+            channel.offset.estimate,
+            channel.offset.expanded_uncertainty,
+            k,
+            channel.gain.expanded_uncertainty,
+            channel.unit,
+            channel.sensitivity,
+        );
+    }
+    text + "± is the expanded uncertainty, coverage factor 2\n\n"
+}

@@ -1,0 +1,60 @@
+//! The commands of `hexsense`, one file each.
+//!
+//! What a command finds goes to standard output, what it is doing to standard error. A command that fails prints one
+//! message, which says what to do, and ends with a status that is not zero.
+
+mod arguments;
+mod calibrate;
+mod info;
+mod plan;
+mod session;
+mod show;
+mod upload;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Calibrates the inertial sensors of a flight simulator where they stand: its motion base is driven along known
+/// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
+///
+/// The usual order: `info` to see that the board answers, `plan` to see the movements before anything moves,
+/// `calibrate` to record them and compute the coefficients, `upload` to store these on the board, and `verify` to prove
+/// them on a movement that they were not fitted to.
+#[derive(Parser)]
+#[command(name = "hexsense", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Info(info::Info),
+    Plan(plan::Plan),
+    Calibrate(calibrate::Calibrate),
+    Upload(upload::Upload),
+    Show(show::Show),
+    Verify(verify::Verify),
+}
+
+/// Does what the command line asks.
+#[must_use]
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Info(command) => command.run(),
+        Command::Plan(command) => command.run(),
+        Command::Calibrate(command) => command.run(),
+        Command::Upload(command) => command.run(),
+        Command::Show(command) => command.run(),
+        Command::Verify(command) => command.run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("hexsense: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

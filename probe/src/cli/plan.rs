@@ -1,0 +1,171 @@
+//! `hexsense plan`: the movements, before anything moves.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::arguments::Base;
+use crate::campaign::{Campaign, CampaignError};
+use crate::geometry_file::GeometryFile;
+use crate::plan::limits::{self, Quantity, Use, Uses};
+use crate::plan::{Plan as Movements, Purpose, Run, campaign};
+
+/// Print the movements of a campaign and how much of stroke, speed and acceleration they use; refuse unsafe ones.
+///
+/// Every movement is as large as its default or as nine tenths of the base's limits allow. To change a movement, write
+/// the plan with --out, edit plan.toml, and check it with --plan; `calibrate` uses the plan that its folder holds.
+#[derive(Args)]
+pub struct Plan {
+    #[command(flatten)]
+    base: Base,
+    /// Check this plan instead of making one
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Write plan.toml and the jack programs (CSV) into this folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+impl Plan {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Files that cannot be used, and movements that the base cannot make.
+    pub fn run(self) -> anyhow::Result<()> {
+        let geometry = GeometryFile::load(&self.base.geometry)?;
+        let (plan, file) = match &self.plan {
+            Some(path) => (Movements::load(path)?, path.display().to_string()),
+            None => (campaign::plan(&geometry)?, "the plan".to_owned()),
+        };
+        if !plan.is_for(&geometry) {
+            anyhow::bail!(
+                "{file} was made for another geometry file ({}) than {}; make a plan for this one",
+                plan.geometry,
+                geometry.source
+            );
+        }
+        let uses = limits::check(&plan, &geometry)
+            .map_err(|reason| CampaignError::Limits { file, reason })?;
+        print!("{}", table(&plan, &uses, &geometry));
+        if let Some(folder) = &self.out {
+            refuse_other_plan(folder, &plan)?;
+            Campaign::write_plan(folder, &plan, &geometry)?;
+            println!(
+                "written: {0}/plan.toml, {0}/programs/*.csv",
+                folder.display()
+            );
+        }
+        Ok(())
+    }
+}
+
+fn refuse_other_plan(folder: &Path, plan: &Movements) -> anyhow::Result<()> {
+    let path = folder.join("plan.toml");
+    if path.exists() && Movements::load(&path)? != *plan {
+        anyhow::bail!(
+            "{} is another plan already; choose another folder",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+fn table(plan: &Movements, uses: &[Uses], geometry: &GeometryFile) -> String {
+    let base = &geometry.geometry;
+    let mut text = format!(
+        "{}: jacks {} to {} m, home at {:.4} m{}{}\n\n\
+         run          for        movement                     time     stroke  speed  accel.  cond(J)\n",
+        geometry.name,
+        base.length_min_m(),
+        base.length_max_m(),
+        base.home_height_m(),
+        geometry
+            .speed_max_m_s
+            .map_or(String::new(), |v| format!(", at most {v} m/s")),
+        geometry
+            .acceleration_max_m_s2
+            .map_or(String::new(), |a| format!(", {a} m/s²")),
+    );
+    for (run, uses) in plan.runs.iter().zip(uses) {
+        let purpose = match run.purpose {
+            Purpose::Calibrate => "calibrate",
+            Purpose::Verify => "verify",
+        };
+        let lines = movements(run);
+        text += &format!(
+            "{:<12} {:<10} {:<26} {:>6.1} s  {:>6}  {:>5}  {:>6}  {:>7.2}\n",
+            run.name,
+            purpose,
+            lines[0],
+            run.duration_s(),
+            percent(&uses.length),
+            percent(&uses.speed),
+            percent(&uses.acceleration),
+            uses.condition,
+        );
+        for line in &lines[1..] {
+            text += &format!("{:<23} {line}\n", "");
+        }
+    }
+    text + "\n" + &closest(plan, uses)
+}
+
+/// What moves, one line for each degree of freedom; at least one line.
+fn movements(run: &Run) -> Vec<String> {
+    let mut lines = Vec::new();
+    for ramps in &run.ramps {
+        let (levels, unit) = match (&ramps.levels_deg, &ramps.levels_m) {
+            (Some(levels), _) => (levels.as_slice(), "°"),
+            (None, levels) => (levels.as_deref().unwrap_or_default(), " m"),
+        };
+        let most = levels
+            .iter()
+            .fold(0.0_f64, |most, level| most.max(level.abs()));
+        lines.push(format!("{:?} ramps to ±{most}{unit}", ramps.freedom).to_lowercase());
+    }
+    for sine in &run.sine {
+        let (amplitude, unit) = match sine.amplitude_deg {
+            Some(degrees) => (degrees, "°"),
+            None => (sine.amplitude_m.unwrap_or_default(), " m"),
+        };
+        lines.push(
+            format!("{:?} {amplitude}{unit}", sine.freedom).to_lowercase()
+                + &format!(" at {} Hz", sine.frequency_hz),
+        );
+    }
+    if lines.is_empty() {
+        lines.push("rest at home".to_owned());
+    }
+    lines
+}
+
+fn percent(used: &Use) -> String {
+    if used.limit.is_infinite() {
+        "-".to_owned()
+    } else {
+        format!("{:.0} %", 100.0 * used.fraction)
+    }
+}
+
+/// The place of the whole plan that is closest to a limit.
+fn closest(plan: &Movements, uses: &[Uses]) -> String {
+    let all = plan.runs.iter().zip(uses).flat_map(|(run, uses)| {
+        [
+            (run, Quantity::Length, uses.length),
+            (run, Quantity::Speed, uses.speed),
+            (run, Quantity::Acceleration, uses.acceleration),
+        ]
+    });
+    match all.max_by(|a, b| a.2.fraction.total_cmp(&b.2.fraction)) {
+        Some((run, quantity, used)) => format!(
+            "closest to a limit: run {}, jack {} at {:.2} s, {quantity} {:.4} {unit} (limit {:.4} {unit})\n",
+            run.name,
+            used.jack,
+            used.time_s,
+            used.value,
+            used.limit,
+            unit = quantity.unit(),
+        ),
+        None => "the plan is empty\n".to_owned(),
+    }
+}

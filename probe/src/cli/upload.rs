@@ -1,0 +1,55 @@
+//! `hexsense upload`: a coefficient set onto the board.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use hexsense::store::{CoefficientSet, MAX_ENCODED};
+
+use super::arguments::Port;
+use crate::{coefficient_file, files};
+
+/// Store a coefficient set on the board, and prove it by reading it back.
+///
+/// Broken off anywhere, the old set is still active. The board keeps the set through power cuts.
+#[derive(Args)]
+pub struct Upload {
+    #[command(flatten)]
+    port: Port,
+    /// Folder of a finished campaign, or its coefficients.toml
+    #[arg(value_name = "FOLDER|FILE")]
+    from: PathBuf,
+}
+
+impl Upload {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A file that is no set, a set for another board, and what the link reports.
+    pub fn run(self) -> anyhow::Result<()> {
+        let path = if self.from.is_dir() {
+            self.from.join("coefficients.toml")
+        } else {
+            self.from
+        };
+        let set = coefficient_file::load(&path)?;
+        let mut client = self.port.open()?;
+        let board = client.identity()?.board;
+        if board != set.board {
+            anyhow::bail!(
+                "{} was made for board {}, and this is board {}; calibrate this one. Its coefficients are unchanged",
+                path.display(),
+                files::hex(&set.board),
+                files::hex(&board)
+            );
+        }
+        let mut buffer = [0; MAX_ENCODED];
+        let encoded = set.encode(&mut buffer)?;
+        let active = client.upload(encoded)?;
+        println!(
+            "set {} is active (commit {} on this board) and reads back identical",
+            CoefficientSet::id_of(encoded),
+            active.sequence
+        );
+        Ok(())
+    }
+}

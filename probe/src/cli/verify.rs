@@ -1,0 +1,155 @@
+//! `hexsense verify`: the stored coefficients on a movement that they were not fitted to.
+
+use clap::Args;
+use hexsense::sampling::Calibrator;
+use hexsense::store::CoefficientSet;
+
+use super::arguments::{Base, Bench, Port};
+use super::session;
+use crate::analysis::held_out::{self, ChannelVerdict};
+use crate::campaign::Campaign;
+use crate::capture::Capture;
+use crate::geometry_file::GeometryFile;
+use crate::link::Client;
+use crate::plan::{Purpose, Run};
+use crate::sensor_file::SensorFile;
+
+/// Prove the board's coefficients on a movement that they were not fitted to.
+///
+/// Drives all six degrees of freedom at once, lets the board calibrate while it samples, and compares with what the
+/// jacks say. --out is the folder of the campaign that the coefficients came from. Fails when a channel's error is
+/// over 3 % of its signal, or its mean error outside its uncertainty.
+#[derive(Args)]
+pub struct Verify {
+    #[command(flatten)]
+    port: Port,
+    #[command(flatten)]
+    base: Base,
+    #[command(flatten)]
+    bench: Bench,
+}
+
+impl Verify {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Files, link, motion controller, analysis, and channels that do not pass.
+    pub fn run(self) -> anyhow::Result<()> {
+        let campaign = Campaign::prepare(
+            &self.bench.out,
+            GeometryFile::load(&self.base.geometry)?,
+            SensorFile::load(&self.bench.sensors)?,
+            |_| {
+                Err(anyhow::anyhow!(
+                    "{} holds no campaign; verify needs the folder that the coefficients came from",
+                    self.bench.out.display()
+                ))
+            },
+        )?;
+        let results = campaign.results()?;
+        let mut client = self.port.open()?;
+        let identity = session::ready(&mut client)?;
+        campaign.check_board(&session::board_record(&client, &identity))?;
+        let set = active_set(&mut client, &campaign)?;
+        let mut motion = self.bench.motion()?;
+        campaign.write()?;
+        let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Verify).collect();
+        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, true)?;
+        let since_set_s = self.bench.unix_s().saturating_sub(set.unix_s) as f64;
+        let mut verdicts = Vec::new();
+        for run in runs {
+            let recorded = campaign.recorded(run)?;
+            check_replay(&recorded.capture, &set, run)?;
+            let held_out =
+                held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, &results)?;
+            let elapsed_s = since_set_s + campaign.recorded_s()?;
+            verdicts = held_out::compare(
+                &held_out.reference,
+                &held_out.after,
+                &held_out.before,
+                &results,
+                elapsed_s,
+            );
+        }
+        campaign.note_verdicts(&verdicts)?;
+        print!("{}", table(&verdicts));
+        let failures = held_out::failures(&verdicts);
+        if !failures.is_empty() {
+            anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));
+        }
+        Ok(())
+    }
+}
+
+/// The active set, when it belongs to this base.
+fn active_set(client: &mut Client, campaign: &Campaign) -> anyhow::Result<CoefficientSet> {
+    let Some((_, encoded)) = client.read_set()? else {
+        return Err(hexsense::wire::Refusal::NoSet.into());
+    };
+    let set = CoefficientSet::decode(&encoded)?;
+    if set.geometry_hash[..] != campaign.geometry.hash[..8] {
+        anyhow::bail!(
+            "the board's coefficients were made on another base ({}) than {}; calibrate on this one",
+            set.geometry,
+            campaign.geometry.name
+        );
+    }
+    Ok(set)
+}
+
+/// Whether the board's values are bit for bit what its counts and its set give.
+fn check_replay(capture: &Capture, set: &CoefficientSet, run: &Run) -> anyhow::Result<()> {
+    let calibrator = Calibrator::new(set);
+    let values = capture.values.as_deref().unwrap_or_default();
+    let rows = capture
+        .scans
+        .iter()
+        .zip(&capture.counts)
+        .zip(&capture.supply)
+        .zip(values);
+    let mut compared = 0;
+    for (((scan, counts), supply), values) in rows {
+        let ours = calibrator.apply(counts, *supply);
+        if ours.map(f32::to_bits) != values.map(f32::to_bits) {
+            anyhow::bail!(
+                "run {}, scan {scan}: the board's values {values:?} are not those that its counts and its set give, \
+                 {ours:?}; firmware and hexsense are of different builds, or the set was changed during the run",
+                run.name
+            );
+        }
+        compared += 1;
+    }
+    if compared == 0 {
+        anyhow::bail!(
+            "run {} holds no values made by the board; record it again",
+            run.name
+        );
+    }
+    eprintln!("{compared} scans: the board's values are bit for bit those that its counts give");
+    Ok(())
+}
+
+fn table(verdicts: &[ChannelVerdict]) -> String {
+    let mut text = String::from(
+        "\nchannel  signal rms  error rms before  after      of signal   mean error ± uncertainty\n",
+    );
+    for verdict in verdicts {
+        text += &format!(
+            "{:<7} {:>11.5} {:>17.5} {:>10.5} {:>8.2} % {:>12.5} ± {:<9.5} {:<7} {}\n",
+            verdict.name,
+            verdict.rms_signal,
+            verdict.rms_error_before,
+            verdict.rms_error_after,
+            100.0 * verdict.rms_error_after / verdict.rms_signal,
+            verdict.mean_error,
+            verdict.mean_uncertainty,
+            verdict.unit,
+            if verdict.passes() {
+                "passes"
+            } else {
+                "does not pass"
+            },
+        );
+    }
+    text + "\n"
+}

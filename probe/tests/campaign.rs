@@ -1,0 +1,134 @@
+//! A whole campaign through the command line: the twin moves and feels, a board made of the core's parts measures.
+
+mod fake;
+
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+use fake::FakeBoard;
+use fake::flash::Flash;
+use fake::line::lockstep;
+use fake::source::{self, Pins};
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::Analyser;
+use hexsense::sampling::BLOCK;
+use hexsense_probe::campaign::Campaign;
+
+const GEOMETRY: &str = "an-74tk-200";
+const SEED: u64 = 7;
+
+struct Bench {
+    folder: tempfile::TempDir,
+    port: String,
+    control: String,
+}
+
+impl Bench {
+    fn new(change: impl FnOnce(&mut FakeBoard)) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(
+            folder.path().join("sensors.toml"),
+            twin::papers::sensor_file(SEED),
+        )
+        .unwrap();
+        let (pins, control) = source::twin(SEED, GEOMETRY);
+        let mut board = FakeBoard::new(Box::new(Pins::connect(&pins)), Flash::default());
+        change(&mut board);
+        Self {
+            folder,
+            port: lockstep(board),
+            control,
+        }
+    }
+
+    fn hexsense(&self, arguments: &[&str]) -> Output {
+        let output = Command::cargo_bin("hexsense")
+            .unwrap()
+            .current_dir(self.folder.path())
+            .args(arguments)
+            .args(["--port", &self.port])
+            .output()
+            .unwrap();
+        eprintln!(
+            "{}{}",
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        );
+        output
+    }
+
+    fn record(&self, command: &str) -> Output {
+        let base = [
+            command,
+            "--geometry",
+            GEOMETRY,
+            "--sensors",
+            "sensors.toml",
+            "--out",
+            "campaign",
+        ];
+        let rest = ["--twin", self.control.as_str(), "--date", "1780000000"];
+        self.hexsense(&[base.as_slice(), rest.as_slice()].concat())
+    }
+
+    fn campaign(&self) -> Campaign {
+        Campaign::open(&self.folder.path().join("campaign")).unwrap()
+    }
+}
+
+/// The board's sums of a run are those that its capture gives.
+fn assert_replay(campaign: &Campaign, run: &str) {
+    let (record, capture) = (
+        campaign.record(run).unwrap(),
+        campaign.capture(run).unwrap(),
+    );
+    let sums = record.board_sums.unwrap();
+    let start = capture
+        .scans
+        .iter()
+        .position(|scan| *scan == sums.first_scan)
+        .unwrap();
+    let mut analyser = Analyser::new();
+    analyser.start(hexsense::wire::Drive {
+        settle_blocks: 0,
+        ..sums.drive
+    });
+    for (block, scan) in capture.counts[start..]
+        .as_chunks::<BLOCK>()
+        .0
+        .iter()
+        .zip(0..)
+    {
+        analyser.update(block, sums.first_scan + scan * BLOCK as u64);
+    }
+    for channel in 0..CHANNELS {
+        assert_eq!(
+            analyser.report(channel).unwrap().2,
+            sums.channels[channel],
+            "{run} {channel}"
+        );
+    }
+}
+
+#[test]
+fn a_campaign_is_recorded_uploaded_shown_and_proved() {
+    let bench = Bench::new(|_| {});
+    assert!(bench.record("calibrate").status.success());
+    let campaign = bench.campaign();
+    assert_replay(&campaign, "roll-sine");
+    let file = campaign.folder.join("coefficients.toml");
+    let set = hexsense_probe::coefficient_file::load(Path::new(&file)).unwrap();
+    assert_eq!(set.unix_s, 1_780_000_000);
+
+    assert!(bench.hexsense(&["upload", "campaign"]).status.success());
+    let shown = bench.hexsense(&["show", "--json"]).stdout;
+    let shown: serde_json::Value = serde_json::from_slice(&shown).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(text.contains(shown["id"].as_str().unwrap()));
+
+    assert!(bench.record("verify").status.success());
+    assert!(campaign.capture("held-out").unwrap().values.is_some());
+    let again = bench.record("calibrate");
+    assert!(String::from_utf8_lossy(&again.stderr).contains("finished campaign"));
+}

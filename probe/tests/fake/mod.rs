@@ -1,0 +1,291 @@
+//! A board made of the core's own parts, on this side of a socket: frames, messages, sums, calibration and archive
+//! are the core's; what is written here is only what answers which request, and what goes wrong on purpose.
+
+#![allow(dead_code, reason = "every test takes what it needs")]
+
+pub mod flash;
+pub mod line;
+pub mod source;
+
+use embassy_futures::block_on;
+use hexsense::harmonics::{Analyser, ChannelSums};
+use hexsense::sampling::{BLOCK, Calibrator};
+use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
+use hexsense::wire::frame::{self, Closed, Deframer};
+use hexsense::wire::hello::Greeting;
+use hexsense::wire::message::{ActiveSet, CHUNK, ResetCause, decode_request, encode_response};
+use hexsense::wire::telemetry::{self, Header};
+use hexsense::wire::{
+    Drive, Identity, Kind, MAX_FRAME, Refusal, Request, Response, Status, StreamContent, VERSION,
+};
+
+use flash::Flash;
+use source::Source;
+
+/// Scans of one second.
+pub const RATE_HZ: u32 = 1_000;
+
+/// What goes wrong, counted in requests from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing.
+    None,
+    /// The request is carried out, and its answer is lost.
+    LoseAnswer(u32),
+    /// The request is carried out, and its answer arrives with a bit changed.
+    DamageAnswer(u32),
+    /// The line is cut when this request comes.
+    CutAt(u32),
+    /// The board falls silent with this request: no answer, no sample any more.
+    SilentFrom(u32),
+    /// The line is cut after so many blocks.
+    CutAfterBlocks(u64),
+}
+
+/// The board.
+pub struct FakeBoard {
+    pub wire: u16,
+    pub uid: [u8; 12],
+    pub fault: Fault,
+    pub cut: bool,
+    pub crystal: bool,
+    pub archive: Archive<Flash>,
+    /// Loses the frames of these blocks, counted from the start of the board.
+    pub lose_blocks: std::ops::Range<u64>,
+    source: Box<dyn Source>,
+    requests: u32,
+    deframer: Deframer<MAX_FRAME>,
+    active: Option<(ActiveSet, CoefficientSet, Vec<u8>)>,
+    upload: Option<(u16, SetId, Vec<u8>)>,
+    analyser: Analyser,
+    stream: StreamContent,
+    blocks: u64,
+}
+
+impl FakeBoard {
+    /// A board that measures what `source` has, with coefficients as `flash` has them.
+    pub fn new(source: Box<dyn Source>, flash: Flash) -> Self {
+        let archive = Archive::new(flash, 0..flash::SIZE as u32).unwrap();
+        let mut board = Self {
+            wire: VERSION,
+            uid: source.uid(),
+            fault: Fault::None,
+            cut: false,
+            crystal: true,
+            archive,
+            lose_blocks: 0..0,
+            source,
+            requests: 0,
+            deframer: Deframer::default(),
+            active: None,
+            upload: None,
+            analyser: Analyser::new(),
+            stream: StreamContent::default(),
+            blocks: 0,
+        };
+        board.load();
+        board
+    }
+
+    /// Takes bytes from the host; what the board answers.
+    pub fn take(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        for byte in bytes {
+            let Some(Closed::Frame(frame)) = self.deframer.push(*byte) else {
+                continue;
+            };
+            let Ok(frame) = frame::decode(frame) else {
+                continue;
+            };
+            let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
+            let mut buffer = [0; MAX_FRAME];
+            let length = match kind {
+                Kind::Hello => {
+                    let greeting = Greeting {
+                        wire: self.wire,
+                        firmware: [9, 8, 7],
+                    };
+                    greeting.encode(sequence, &mut buffer).unwrap()
+                }
+                Kind::Request => match self.answer(&payload) {
+                    Some(response) => encode_response(&response, sequence, &mut buffer).unwrap(),
+                    None => continue,
+                },
+                _ => continue,
+            };
+            if self.fault == Fault::DamageAnswer(self.requests) && kind == Kind::Request {
+                buffer[length / 2] ^= 0x10;
+            }
+            out.extend_from_slice(&buffer[..length]);
+        }
+        out
+    }
+
+    /// Lets 16 scans pass; the frame that is sent, if the board streams.
+    pub fn block(&mut self) -> Option<Vec<u8>> {
+        let first_scan = self.blocks * BLOCK as u64;
+        self.blocks += 1;
+        self.cut |= matches!(self.fault, Fault::CutAfterBlocks(blocks) if self.blocks > blocks);
+        let scans = std::array::from_fn(|_| self.source.scan());
+        self.analyser.update(&scans, first_scan);
+        let silent = matches!(self.fault, Fault::SilentFrom(from) if self.requests >= from);
+        let lost = self.lose_blocks.contains(&self.blocks);
+        if silent || lost || !(self.stream.counts || self.stream.values) {
+            return None;
+        }
+        let supply = self.source.supply();
+        let values = match &self.active {
+            Some((_, set, _)) => scans.map(|scan| Calibrator::new(set).apply(&scan, supply)),
+            None => [[0.0; 9]; BLOCK],
+        };
+        let header = Header {
+            first_scan,
+            rate_hz: RATE_HZ,
+            supply,
+            temperature_c: 31.5,
+            set: self.active.as_ref().map(|(active, ..)| active.id),
+            dropped: 0,
+            content: self.stream,
+        };
+        let mut buffer = [0; MAX_FRAME];
+        let length = telemetry::encode(&header, &scans, &values, self.blocks as u16, &mut buffer);
+        Some(buffer[..length.unwrap()].to_vec())
+    }
+
+    fn answer(&mut self, payload: &[u8]) -> Option<Response> {
+        self.requests += 1;
+        let response = match decode_request(payload) {
+            Some(request) => match self.carry_out(request) {
+                Ok(response) => response,
+                Err(refusal) => Response::Refused(refusal),
+            },
+            None => Response::Refused(Refusal::Malformed),
+        };
+        match self.fault {
+            Fault::CutAt(at) if self.requests >= at => self.cut = true,
+            Fault::LoseAnswer(at) if self.requests == at => return None,
+            Fault::SilentFrom(from) if self.requests >= from => return None,
+            _ => {}
+        }
+        Some(response)
+    }
+
+    fn carry_out(&mut self, request: Request) -> Result<Response, Refusal> {
+        match request {
+            // A power cut comes before the request is carried out.
+            _ if matches!(self.fault, Fault::CutAt(at) if self.requests >= at) => {}
+            Request::Identity => {
+                return Ok(Response::Identity(Identity {
+                    board: self.uid,
+                    hardware: "fake board".try_into().unwrap(),
+                    reset: ResetCause::PowerOn,
+                }));
+            }
+            Request::Status => return Ok(Response::Status(self.status())),
+            Request::Stream(content) if content.values && self.active.is_none() => {
+                return Err(Refusal::NoSet);
+            }
+            Request::Stream(content) => self.stream = content,
+            Request::Rate(RATE_HZ) => self.analyser = Analyser::new(),
+            Request::Rate(hz) => return Err(Refusal::Rate { hz }),
+            Request::Drive(drive) if !Analyser::accepts(&drive) => return Err(Refusal::Drive),
+            Request::Drive(drive) => self.analyser.start(drive),
+            Request::Harmonics { channel } => return Ok(self.harmonics(channel)),
+            Request::ActiveSet => {
+                return Ok(Response::ActiveSet(
+                    self.active.as_ref().map(|(active, ..)| *active),
+                ));
+            }
+            Request::ReadSet { offset } => {
+                let (_, _, encoded) = self.active.as_ref().ok_or(Refusal::NoSet)?;
+                let bytes = encoded[usize::from(offset)..]
+                    .iter()
+                    .copied()
+                    .take(CHUNK)
+                    .collect();
+                return Ok(Response::SetBytes { offset, bytes });
+            }
+            Request::UploadBegin { length, id } => self.upload = Some((length, id, Vec::new())),
+            Request::UploadChunk { offset, bytes } => {
+                let (_, _, arrived) = self.upload.as_mut().ok_or(Refusal::NoUpload)?;
+                if usize::from(offset) != arrived.len() {
+                    return Err(Refusal::OutOfOrder {
+                        expected: arrived.len() as u16,
+                    });
+                }
+                arrived.extend_from_slice(&bytes);
+            }
+            Request::UploadCommit => return self.commit(),
+            Request::UploadAbort => self.upload = None,
+        }
+        Ok(Response::Done)
+    }
+
+    fn commit(&mut self) -> Result<Response, Refusal> {
+        let (length, id, bytes) = self.upload.take().ok_or(Refusal::NoUpload)?;
+        if bytes.len() != usize::from(length) || CoefficientSet::id_of(&bytes) != id {
+            return Err(Refusal::WrongIdentity);
+        }
+        let set = CoefficientSet::decode(&bytes).map_err(Refusal::Record)?;
+        if set.board != self.uid {
+            return Err(Refusal::OtherBoard);
+        }
+        block_on(self.archive.append(&bytes)).map_err(|_| Refusal::Flash)?;
+        self.load();
+        self.active
+            .as_ref()
+            .map(|(active, ..)| Response::Committed(*active))
+            .ok_or(Refusal::Flash)
+    }
+
+    fn load(&mut self) {
+        let stored = block_on(self.archive.newest()).unwrap();
+        self.active = stored.map(|stored| {
+            let mut buffer = [0; MAX_ENCODED];
+            let encoded = stored.set.encode(&mut buffer).unwrap().to_vec();
+            let length = encoded.len() as u16;
+            let active = ActiveSet {
+                id: stored.id,
+                sequence: stored.sequence,
+                length,
+            };
+            (active, stored.set, encoded)
+        });
+    }
+
+    fn harmonics(&self, channel: u8) -> Response {
+        let idle = (
+            Drive {
+                increment: 0,
+                settle_blocks: 0,
+                blocks: 0,
+            },
+            0,
+            ChannelSums::default(),
+        );
+        let (drive, first_scan, sums) = self.analyser.report(channel.into()).unwrap_or(idle);
+        Response::Harmonics {
+            state: self.analyser.state(),
+            drive,
+            first_scan,
+            sums,
+        }
+    }
+
+    fn status(&self) -> Status {
+        Status {
+            uptime_ms: self.blocks * 16,
+            rate_hz: RATE_HZ,
+            scans: self.blocks * BLOCK as u64,
+            scans_lost: 0,
+            blocks_dropped: 0,
+            frames_damaged: 0,
+            crystal: self.crystal,
+            supply: self.source.supply(),
+            temperature_c: 31.5,
+            in_calibrated_range: self.active.is_some(),
+            tilt_approximate_rad: None,
+            panic: None,
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The link client against a board made of the core's own parts.
+
+mod fake;
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use fake::flash::Flash;
+use fake::line::Line;
+use fake::source::Still;
+use fake::{FakeBoard, Fault};
+use hexsense::store::{CoefficientSet, MAX_ENCODED, TriadCoefficients};
+use hexsense::wire::{StreamContent, VERSION};
+use hexsense_probe::link::{Client, LinkError, ProtocolError, TransportError, UploadError};
+
+const COUNTS: StreamContent = StreamContent {
+    counts: true,
+    values: false,
+};
+
+fn board(change: impl FnOnce(&mut FakeBoard)) -> Arc<Mutex<FakeBoard>> {
+    let mut board = FakeBoard::new(Box::new(Still), Flash::default());
+    change(&mut board);
+    Arc::new(Mutex::new(board))
+}
+
+fn connect(board: &Arc<Mutex<FakeBoard>>) -> Result<Client, LinkError> {
+    Client::connect(Line::to(board))
+}
+
+/// A set for the fake board, encoded; `unix_s` makes them differ.
+fn encoded(unix_s: u64) -> Vec<u8> {
+    let triad = TriadCoefficients {
+        offset: [32_768.0; 3],
+        matrix: [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]],
+        offset_uncertainty: [1.0; 3],
+        matrix_uncertainty: [[1e-7; 3]; 3],
+        delay_s: 0.002,
+    };
+    let set = CoefficientSet {
+        board: *b"fake board 1",
+        geometry: "an-74tk-200".try_into().unwrap(),
+        geometry_hash: [1; 8],
+        unix_s,
+        temperature_c: 31.5,
+        provenance: [2; 32],
+        triads: [triad; 3],
+    };
+    let mut buffer = [0; MAX_ENCODED];
+    set.encode(&mut buffer).unwrap().to_vec()
+}
+
+/// The set that the board has after its power was cut and came back.
+fn after_power_cut(board: &Arc<Mutex<FakeBoard>>) -> Option<u64> {
+    let mut board = board.lock().unwrap();
+    embassy_futures::block_on(board.archive.newest())
+        .unwrap()
+        .map(|stored| stored.set.unix_s)
+}
+
+#[test]
+fn another_wire_version_is_named_with_what_to_update() {
+    for (wire, update) in [
+        (VERSION + 1, "update hexsense"),
+        (VERSION - 1, "update the board"),
+    ] {
+        // Version 0 is the absence of a greeting, so the older board here is one of version 0 only when VERSION is 1.
+        let older = board(|board| board.wire = wire);
+        let Err(error) = connect(&older) else {
+            panic!("connected to version {wire}")
+        };
+        let text = error.to_string();
+        assert!(text.contains(&format!("version {wire}")), "{text}");
+        assert!(
+            text.contains(&format!("version {VERSION}")) && text.contains(update),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_lost_answer_is_asked_for_again() {
+    for fault in [Fault::LoseAnswer(2), Fault::DamageAnswer(2)] {
+        let board = board(|board| board.fault = fault);
+        let mut client = connect(&board).unwrap();
+        assert_eq!(
+            client.identity().unwrap().board,
+            *b"fake board 1",
+            "{fault:?}"
+        );
+    }
+}
+
+#[test]
+fn a_silent_board_is_reported_within_five_seconds() {
+    let board = board(|board| board.fault = Fault::SilentFrom(2));
+    let mut client = connect(&board).unwrap();
+    let start = client.now();
+    let error = client.identity().unwrap_err();
+    assert!(
+        matches!(
+            error,
+            LinkError::Protocol(ProtocolError::Silent { attempts: 3, .. })
+        ),
+        "{error}"
+    );
+    assert!(client.now() - start < Duration::from_secs(5));
+}
+
+#[test]
+fn blocks_arrive_in_order_beside_answers() {
+    let mut client = connect(&board(|_| {})).unwrap();
+    client.stream(COUNTS).unwrap();
+    let mut last = None;
+    for _ in 0..50 {
+        client.status().unwrap();
+        let block = client.block(Duration::from_secs(1)).unwrap();
+        if let Some(last) = last {
+            assert_eq!(block.header.first_scan, last + 16);
+        }
+        last = Some(block.header.first_scan);
+    }
+}
+
+#[test]
+fn a_stream_that_stops_is_reported() {
+    let board = board(|_| {});
+    let mut client = connect(&board).unwrap();
+    client.stream(COUNTS).unwrap();
+    client.block(Duration::from_secs(1)).unwrap();
+    board.lock().unwrap().fault = Fault::SilentFrom(0);
+    let error = client.block(Duration::from_secs(2)).unwrap_err();
+    assert!(
+        matches!(error, LinkError::Protocol(ProtocolError::NoSamples { .. })),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_uploaded_set_is_active_after_the_power_was_cut() {
+    let board = board(|_| {});
+    let mut client = connect(&board).unwrap();
+    assert_eq!(client.upload(&encoded(1)).unwrap().sequence, 1);
+    assert_eq!(client.upload(&encoded(2)).unwrap().sequence, 2);
+    assert_eq!(client.read_set().unwrap().unwrap().1, encoded(2));
+    assert_eq!(after_power_cut(&board), Some(2));
+}
+
+#[test]
+fn an_upload_survives_any_single_lost_or_damaged_answer() {
+    // Requests: the stream of connecting, begin, three or four pieces, commit, active set, bytes.
+    for at in 2..=12 {
+        for fault in [Fault::LoseAnswer(at), Fault::DamageAnswer(at)] {
+            let board = board(|board| board.fault = fault);
+            let mut client = connect(&board).unwrap();
+            client
+                .upload(&encoded(1))
+                .unwrap_or_else(|error| panic!("{fault:?}: {error}"));
+            assert_eq!(after_power_cut(&board), Some(1));
+        }
+    }
+}
+
+#[test]
+fn an_upload_cut_off_anywhere_leaves_the_old_set_or_the_whole_new_one_and_says_which() {
+    let pieces = encoded(1).len().div_ceil(128) as u32;
+    let commit = 2 + 1 + pieces;
+    for at in 0..=pieces + 2 {
+        let board = board(|_| {});
+        let mut client = connect(&board).unwrap();
+        client.upload(&encoded(1)).unwrap();
+        let done = 2 * pieces + 4;
+        board.lock().unwrap().fault = Fault::CutAt(done + at);
+        let error = client.upload(&encoded(2)).unwrap_err();
+        let now = after_power_cut(&board);
+        let text = error.to_string();
+        match error {
+            UploadError::Before(LinkError::Transport(TransportError::Closed { .. })) => {
+                assert_eq!(now, Some(1));
+                assert!(text.contains("old coefficients are still active"), "{text}");
+            }
+            UploadError::During(_) => {
+                assert!(matches!(now, Some(1 | 2)));
+                assert!(text.contains("hexsense show"), "{text}");
+            }
+            UploadError::After(_) => assert_eq!(now, Some(2)),
+            other => panic!("cut at {at} of {commit}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn a_refusal_of_the_board_is_told_apart_from_the_line() {
+    let mut client = connect(&board(|_| {})).unwrap();
+    let error = client.rate(123).unwrap_err();
+    assert!(matches!(error, LinkError::Refused(_)));
+    assert!(error.to_string().contains("123 Hz"));
+    let other = {
+        let mut set = CoefficientSet::decode(&encoded(1)).unwrap();
+        set.board = [0; 12];
+        let mut buffer = [0; MAX_ENCODED];
+        set.encode(&mut buffer).unwrap().to_vec()
+    };
+    let error = client.upload(&other).unwrap_err().to_string();
+    assert!(
+        error.contains("another board") && error.contains("still active"),
+        "{error}"
+    );
+}
