@@ -1,0 +1,330 @@
+//! Forward kinematics: the pose from the six jack lengths, equation (3).
+//!
+//! F_k(q) = |p + A·b_k − a_k| − l_k = 0 has up to forty real solutions (P. Dietmaier 1998), the assembly branches; a
+//! base stays on the one it was built on, because a change of branch leads through a singular pose, where its jacks
+//! do not hold it. So a solution without its branch is worth nothing, and there are three ways to ask:
+//!
+//! | call | starts from | keeps the branch | use |
+//! |---|---|---|---|
+//! | [`Solver::solve`] | home | yes | the first sample, samples far apart |
+//! | [`Solver::track`] | the last pose | yes, and refuses a jump | sample after sample of a moving base |
+//! | [`Solver::solve_near`] | a guess | no | looking for poses, other branches |
+//!
+//! All three try Newton's method first (`newton.rs`) on the equations in `excursion.rs`. Where it does not contract,
+//! the first two follow the branch along a path in the lengths and the third descends (`path.rs`). The sign of det J
+//! at the solution is compared with that at the start. What is returned has a residual below the tolerance, measured,
+//! not predicted; everything else is a [`ForwardError`].
+//!
+//! From home every pose is found that a straight path (position, rotation vector) joins to home inside the stroke and
+//! without a change of the sign of det J.
+
+use nalgebra::{RealField, convert};
+
+pub use super::outcome::{ForwardError, Options, Solution};
+
+use super::{
+    excursion::{Excursion, Home},
+    geometry::Geometry,
+    inverse::inverse,
+    jacobian::{condition, jacobian},
+    newton::{Arrival, Pivoting},
+    path::Stuck,
+    pose::Pose,
+    six::Six,
+};
+
+/// Forward kinematics of one base: what can be known beforehand is computed once.
+#[derive(Clone, Debug)]
+pub struct Solver<T: RealField + Copy> {
+    geometry: Geometry<T>,
+    options: Options<T>,
+    home: Home<T>,
+    tolerance_m: T,
+    /// 16·r³·max(r, 1/r): over |det J| it bounds the condition number.
+    condition_scale: T,
+}
+
+/// Where a search starts and what it may find.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// Home, and its branch.
+    Home,
+    /// A pose, and its branch.
+    Pose,
+    /// A guess, any branch.
+    Guess,
+}
+
+/// One search.
+struct Task<'a, T> {
+    lengths: &'a [T; 6],
+    demand: Six<T>,
+    tolerance: T,
+    from: Excursion<T>,
+    start: Start,
+}
+
+impl<T: RealField + Copy> Solver<T> {
+    /// A solver for `geometry`.
+    pub fn new(geometry: &Geometry<T>, options: Options<T>) -> Self {
+        let home = Home::new(geometry);
+        let radius = home.radius_squared.sqrt();
+        let last_place = T::default_epsilon() * geometry.length_max_m();
+        Self {
+            geometry: *geometry,
+            options,
+            tolerance_m: options.tolerance_m.max(last_place * convert(4.0)),
+            condition_scale: home.radius_squared
+                * radius
+                * radius.max(T::one() / radius)
+                * convert(16.0),
+            home,
+        }
+    }
+
+    /// The base this solver is for.
+    pub fn geometry(&self) -> &Geometry<T> {
+        &self.geometry
+    }
+
+    /// Condition number of the Jacobian at `pose`, 1 at best; metres and radians are its units.
+    pub fn condition(&self, pose: &Pose<T>) -> T {
+        condition(&jacobian(&self.geometry, pose))
+    }
+
+    /// The pose on home's branch with hinge-to-hinge `lengths`, m.
+    ///
+    /// # Errors
+    /// Any [`ForwardError`] but `StartNotFinite` and `Jump`.
+    pub fn solve(&self, lengths: &[T; 6]) -> Result<Solution<T>, ForwardError<T>> {
+        self.search(lengths, Home::none(), Start::Home)
+    }
+
+    /// The pose with hinge-to-hinge `lengths`, m, on the branch of `last` and not far from it.
+    ///
+    /// # Errors
+    /// Any [`ForwardError`].
+    pub fn track(&self, lengths: &[T; 6], last: &Pose<T>) -> Result<Solution<T>, ForwardError<T>> {
+        let solution = self.search(lengths, self.home.excursion(last), Start::Pose)?;
+        let moved = (solution.pose.position - last.position).norm_squared();
+        let turned = (last.rotation.conjugate().into_inner() * solution.pose.rotation.into_inner())
+            .imag()
+            .norm_squared();
+        // The vector part of a unit quaternion is the sine of half the angle, here less than half the angle.
+        let half_jump_rad = self.options.jump_rad * convert(0.5);
+        if moved > self.options.jump_m * self.options.jump_m
+            || turned > half_jump_rad * half_jump_rad
+        {
+            return Err(self.jump(&solution.pose, last));
+        }
+        Ok(solution)
+    }
+
+    /// A pose with hinge-to-hinge `lengths`, m, near `guess`, on whatever branch.
+    ///
+    /// # Errors
+    /// Any [`ForwardError`] but `BranchChanged` and `Jump`.
+    pub fn solve_near(
+        &self,
+        lengths: &[T; 6],
+        guess: &Pose<T>,
+    ) -> Result<Solution<T>, ForwardError<T>> {
+        self.search(lengths, self.home.excursion(guess), Start::Guess)
+    }
+
+    #[inline(always)]
+    fn search(
+        &self,
+        lengths: &[T; 6],
+        from: Excursion<T>,
+        start: Start,
+    ) -> Result<Solution<T>, ForwardError<T>> {
+        self.check(lengths)?;
+        let shortest = lengths
+            .iter()
+            .fold(lengths[0], |least, &l| if l < least { l } else { least });
+        let demand = self.home.demand(lengths);
+        let task = Task {
+            lengths,
+            demand,
+            tolerance: self.tolerance_m * shortest,
+            from,
+            start,
+        };
+        let mut budget = self.options.max_iterations;
+        // A start counts as though a step of one radius had led to it: the next must be half of that or less.
+        let (first, last_squared) = match start {
+            Start::Home => {
+                budget = budget.saturating_sub(1);
+                self.home.predict(&demand)
+            }
+            Start::Pose | Start::Guess => (from, self.home.radius_squared),
+        };
+        let direct = self.home.iterate(
+            first,
+            last_squared,
+            &demand,
+            task.tolerance,
+            Pivoting::AsAtHome,
+            &mut budget,
+        );
+        let direct = direct.map(|arrival| self.settled(arrival, &task));
+        let arrival = match direct {
+            Ok(arrival) if self.may_stay(&arrival, start) => arrival,
+            other => self.detour(&task, other.is_ok(), &mut budget)?,
+        };
+        let solution = Solution {
+            pose: self.home.pose(&arrival.excursion),
+            iterations: self.options.max_iterations - budget,
+            residual_m: arrival.residual / shortest,
+            condition_bound: self.condition_bound(arrival.determinant, lengths),
+        };
+        if solution.condition_bound <= self.options.max_condition {
+            Ok(solution)
+        } else {
+            self.weigh(solution)
+        }
+    }
+
+    /// Refuses lengths that are not numbers or lie outside the stroke.
+    #[inline(always)]
+    fn check(&self, lengths: &[T; 6]) -> Result<(), ForwardError<T>> {
+        let least = self.geometry.length_min_m() - self.options.stroke_margin_m;
+        let greatest = self.geometry.length_max_m() + self.options.stroke_margin_m;
+        let inside = lengths
+            .iter()
+            .fold(true, |inside, &l| inside & (l >= least) & (l <= greatest));
+        if inside {
+            Ok(())
+        } else {
+            Err(self.refuse(lengths))
+        }
+    }
+
+    #[cold]
+    fn refuse(&self, lengths: &[T; 6]) -> ForwardError<T> {
+        let from_mid = |k: usize| (lengths[k] - self.geometry.mid_length_m()).abs();
+        let mut farthest = 0;
+        for (k, &length_m) in lengths.iter().enumerate() {
+            if !length_m.is_finite() {
+                return ForwardError::NotFinite {
+                    jack: k as u8 + 1,
+                    length_m,
+                };
+            }
+            if from_mid(k) > from_mid(farthest) {
+                farthest = k;
+            }
+        }
+        ForwardError::OutsideStroke {
+            jack: farthest as u8 + 1,
+            length_m: lengths[farthest],
+            length_min_m: self.geometry.length_min_m(),
+            length_max_m: self.geometry.length_max_m(),
+        }
+    }
+
+    /// The bound 16·r³·max(r, 1/r)/|det J|; the Newton matrix has the rows of J times the lengths.
+    #[inline(always)]
+    fn condition_bound(&self, determinant: T, lengths: &[T; 6]) -> T {
+        let [a, b, c, d, e, f] = *lengths;
+        self.condition_scale * ((a * b * c) * (d * e * f)) / determinant.abs()
+    }
+
+    /// The arrival with the determinants of where the search started and ended, in case those of the first and last
+    /// matrix will not do. They do while cond(J) times the way since the last matrix, in radii, is under 1e-3: det J
+    /// changes by no more than some thousandths then.
+    #[inline(always)]
+    fn settled(&self, arrival: Arrival<T>, task: &Task<'_, T>) -> Arrival<T> {
+        let bound = self.condition_bound(arrival.determinant, task.lengths);
+        let near =
+            arrival.moved_squared * bound * bound <= self.home.radius_squared * convert(1e-6);
+        if near & arrival.sure {
+            return arrival;
+        }
+        Arrival {
+            first_determinant: self.home.determinant(&task.from),
+            determinant: self.home.determinant(&arrival.excursion),
+            ..arrival
+        }
+    }
+
+    /// Whether the branch of the arrival is one that a search from `start` may end on.
+    #[inline(always)]
+    fn may_stay(&self, arrival: &Arrival<T>, start: Start) -> bool {
+        match start {
+            Start::Home => arrival.determinant * self.home.factors.determinant > T::zero(),
+            Start::Pose => arrival.determinant * arrival.first_determinant > T::zero(),
+            Start::Guess => true,
+        }
+    }
+
+    /// The way round for a task that Newton's method did not do, or did on `another_branch`.
+    #[cold]
+    #[inline(never)]
+    fn detour(
+        &self,
+        task: &Task<'_, T>,
+        another_branch: bool,
+        budget: &mut u32,
+    ) -> Result<Arrival<T>, ForwardError<T>> {
+        if !self.home.pose(&task.from).is_finite() {
+            return Err(ForwardError::StartNotFinite);
+        }
+        let arrival = match task.start {
+            Start::Home | Start::Pose => {
+                self.home
+                    .follow(task.from, &task.demand, task.tolerance, budget)
+            }
+            Start::Guess => self
+                .home
+                .descend(task.from, &task.demand, task.tolerance, budget),
+        };
+        match arrival {
+            Ok(arrival) => Ok(self.settled(arrival, task)),
+            Err(_) if another_branch => Err(ForwardError::BranchChanged),
+            Err(stuck) => Err(self.explain(&stuck, task.lengths)),
+        }
+    }
+
+    fn explain(&self, stuck: &Stuck<T>, lengths: &[T; 6]) -> ForwardError<T> {
+        let pose = self.home.pose(&stuck.excursion);
+        let there = inverse(&self.geometry, &pose);
+        let short_m = (Six(*lengths) - Six(there)).largest();
+        let (condition, limit) = (self.condition(&pose), self.options.max_condition);
+        if stuck.exhausted {
+            ForwardError::NoConvergence {
+                iterations: self.options.max_iterations,
+                short_m,
+            }
+        } else if condition > limit {
+            ForwardError::Singular { condition, limit }
+        } else {
+            ForwardError::Unreachable { short_m }
+        }
+    }
+
+    /// The solution if its condition number, not just the bound, is under the limit.
+    #[cold]
+    #[inline(never)]
+    fn weigh(&self, solution: Solution<T>) -> Result<Solution<T>, ForwardError<T>> {
+        let (condition, limit) = (self.condition(&solution.pose), self.options.max_condition);
+        if condition <= limit {
+            Ok(solution)
+        } else {
+            Err(ForwardError::Singular { condition, limit })
+        }
+    }
+
+    #[cold]
+    fn jump(&self, pose: &Pose<T>, last: &Pose<T>) -> ForwardError<T> {
+        let (distance_m, angle_rad) = pose.distance(last);
+        let (limit_m, limit_rad) = (self.options.jump_m, self.options.jump_rad);
+        ForwardError::Jump {
+            distance_m,
+            angle_rad,
+            limit_m,
+            limit_rad,
+        }
+    }
+}

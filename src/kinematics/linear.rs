@@ -1,0 +1,156 @@
+//! The 6×6 linear system of a Newton step, solved by blocks.
+//!
+//! With the rows of three jacks above those of the other three, the step (u, w) in position and rotation vector
+//! solves
+//!
+//! ```text
+//! | D₁ M₁ | |u|   |g₁|        P = D₂·D₁⁻¹          the Schur complement
+//! | D₂ M₂ | |w| = |g₂|        S = M₂ − P·M₁
+//!                             w = S⁻¹·(g₂ − P·g₁)   u = D₁⁻¹·(g₁ − M₁·w)
+//! det = det D₁·det S
+//! ```
+//!
+//! The 3×3 inverses are cross products and one division each, so the whole takes two divisions instead of the six in a
+//! row of an elimination, and no branch. D₁ needs three jacks whose directions span space: [`Rows::best_order`] puts
+//! such jacks first. If no three do, the whole matrix is singular.
+
+use nalgebra::RealField;
+
+use super::six::{Six, Triple, combine, cross, dot, each};
+
+/// Rows d_k and c_k × d_k of six jacks: coordinate by jack, so that one instruction can serve several jacks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows<T> {
+    /// The jacks d_k, m.
+    pub direction: Triple<Six<T>>,
+    /// Their moments c_k × d_k about O, m².
+    pub moment: Triple<Six<T>>,
+}
+
+/// The factors of one matrix of [`Rows`], ready to solve with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factors<T> {
+    d1_adjugate: [Triple<T>; 3],
+    m1: [Triple<T>; 3],
+    p: [Triple<T>; 3],
+    s_adjugate: [Triple<T>; 3],
+    leading_inverse: T,
+    trailing_inverse: T,
+    /// Determinant of the first three directions, m³.
+    pub leading: T,
+    /// Determinant of the whole, m⁹.
+    pub determinant: T,
+}
+
+impl<T: RealField + Copy> Rows<T> {
+    /// The order of the jacks that puts the three first whose directions span space best.
+    pub fn best_order(&self) -> [usize; 6] {
+        let mut best = ([0, 1, 2, 3, 4, 5], -T::one());
+        for first in 0..6 {
+            for second in first + 1..6 {
+                for third in second + 1..6 {
+                    let [a, b, c] =
+                        [first, second, third].map(|k| self.direction.map(|row| row.0[k]));
+                    let volume = dot(&a, &cross(&b, &c)).abs();
+                    if volume > best.1 {
+                        best = (leading(first, second, third), volume);
+                    }
+                }
+            }
+        }
+        best.0
+    }
+
+    /// The rows in another order.
+    pub fn ordered(&self, order: &[usize; 6]) -> Self {
+        Self {
+            direction: self.direction.map(|row| row.ordered(order)),
+            moment: self.moment.map(|row| row.ordered(order)),
+        }
+    }
+
+    /// Factors of the matrix. Where it is singular, or its first three directions lie in a plane, the factors are not
+    /// finite and `leading` or `determinant` is zero.
+    #[inline(always)]
+    pub fn factor(&self) -> Factors<T> {
+        let [d1, d2] = halves(&self.direction);
+        let [m1, m2] = halves(&self.moment);
+        let (d1_adjugate, leading) = adjugate(&d1);
+        let leading_inverse = T::one() / leading;
+        let p = multiply(&d2, &d1_adjugate);
+        let pm = multiply(&p, &m1);
+        let schur = combine(&m2, &pm, |m2, pm| {
+            combine(&m2, &pm, |m2, pm| leading * m2 - pm)
+        });
+        let (s_adjugate, trailing) = adjugate(&schur);
+        Factors {
+            d1_adjugate,
+            m1,
+            p,
+            s_adjugate,
+            leading,
+            leading_inverse,
+            trailing_inverse: T::one() / trailing,
+            determinant: trailing * leading_inverse * leading_inverse,
+        }
+    }
+}
+
+impl<T: RealField + Copy> Factors<T> {
+    /// The step (u, w) for the right-hand side `g`, one number per jack.
+    #[inline(always)]
+    pub fn solve(&self, g: &Six<T>) -> (Triple<T>, Triple<T>) {
+        let [g0, g1, g2, g3, g4, g5] = g.0;
+        let (g1, g2) = ([g0, g1, g2], [g3, g4, g5]);
+        let rest = combine(&g2, &apply(&self.p, &g1), |g, pg| self.leading * g - pg);
+        let w = each(&apply(&self.s_adjugate, &rest), |w| {
+            w * self.trailing_inverse
+        });
+        let rest = combine(&g1, &apply(&self.m1, &w), |g, mw| g - mw);
+        let u = each(&apply(&self.d1_adjugate, &rest), |u| {
+            u * self.leading_inverse
+        });
+        (u, w)
+    }
+}
+
+/// The even permutation of the six jacks that puts the given three first, so that no determinant changes its sign.
+fn leading(first: usize, second: usize, third: usize) -> [usize; 6] {
+    let mut order = [first, second, third, 0, 0, 0];
+    let others = (0..6).filter(|k| ![first, second, third].contains(k));
+    for (place, other) in order[3..].iter_mut().zip(others) {
+        *place = other;
+    }
+    // Bringing them there takes first + (second − 1) + (third − 2) exchanges of neighbours.
+    if (first + second + third).is_multiple_of(2) {
+        order.swap(4, 5);
+    }
+    order
+}
+
+/// The matrices of jacks 0..3 and 3..6, by rows.
+#[inline(always)]
+fn halves<T: RealField + Copy>(columns: &Triple<Six<T>>) -> [[Triple<T>; 3]; 2] {
+    let row = |k: usize| each(columns, |column| column.0[k]);
+    [[row(0), row(1), row(2)], [row(3), row(4), row(5)]]
+}
+
+/// Adjugate, by rows, and determinant: the columns of the adjugate are the cross products of the rows.
+#[inline(always)]
+fn adjugate<T: RealField + Copy>([a, b, c]: &[Triple<T>; 3]) -> ([Triple<T>; 3], T) {
+    let (bc, ca, ab) = (cross(b, c), cross(c, a), cross(a, b));
+    let rows = each(&[0, 1, 2], |i| [bc[i], ca[i], ab[i]]);
+    (rows, dot(a, &bc))
+}
+
+#[inline(always)]
+fn multiply<T: RealField + Copy>(a: &[Triple<T>; 3], b: &[Triple<T>; 3]) -> [Triple<T>; 3] {
+    each(a, |row| {
+        each(&[0, 1, 2], |j| dot(&row, &[b[0][j], b[1][j], b[2][j]]))
+    })
+}
+
+#[inline(always)]
+fn apply<T: RealField + Copy>(a: &[Triple<T>; 3], v: &Triple<T>) -> Triple<T> {
+    each(a, |row| dot(&row, v))
+}
