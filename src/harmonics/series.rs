@@ -85,7 +85,8 @@ fn fraction(sample: usize, length: usize) -> f64 {
 
 /// Refines the drive frequency from `start` (rad per sample) on a series that is mostly that one sine.
 ///
-/// Returns rad per sample; `None` when the series does not determine it or the search leaves ±20 % of `start`.
+/// Returns rad per sample; `None` when the series does not determine it, or the search leaves ±20 % of `start` or
+/// does not come to rest.
 #[must_use]
 pub fn fit_frequency(values: &[f64], start: f64) -> Option<f64> {
     const STEPS: usize = 12;
@@ -107,9 +108,9 @@ pub fn fit_frequency(values: &[f64], start: f64) -> Option<f64> {
         if !((0.8 * start)..=(1.2 * start)).contains(&omega) {
             return None;
         }
-        if step.abs() < 1e-12 * omega {
+        if step.abs() < 1e-10 * omega {
             return Some(omega);
         }
     }
-    Some(omega)
+    None
 }

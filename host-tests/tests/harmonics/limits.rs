@@ -1,0 +1,105 @@
+//! How far the sums reach, and what they say of themselves on the way.
+
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::analyser::MAX_BLOCKS;
+use hexsense::harmonics::{Analyser, solve};
+use hexsense::sampling::BLOCK;
+use hexsense::wire::{Drive, HarmonicState};
+
+use crate::board::drive;
+
+#[test]
+fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
+    let limit = (u128::from(u64::MAX) + 1) / 160;
+    let with = |increment, blocks| {
+        Analyser::accepts(&Drive {
+            increment,
+            settle_blocks: u32::MAX,
+            blocks,
+        })
+    };
+    assert!(with(1, 1) && with(limit as u64 - 1, MAX_BLOCKS));
+    assert!(!with(0, 1) && !with(limit as u64 + 1, 1) && !with(u64::MAX, 1));
+    assert!(!with(1, 0) && !with(1, MAX_BLOCKS + 1));
+    // What users ask for: 6 Hz at 1 kHz and 25 Hz, just, at 4 kHz.
+    assert!(
+        Analyser::accepts(&drive(6.24, 1_000.0, 100))
+            && Analyser::accepts(&drive(24.9, 4_000.0, 100))
+    );
+    assert!(
+        !Analyser::accepts(&drive(6.26, 1_000.0, 100))
+            && !Analyser::accepts(&drive(25.1, 4_000.0, 100))
+    );
+}
+
+#[test]
+fn the_longest_sum_of_full_scale_does_not_overflow() {
+    // Arithmetic is checked in tests: an overflow panics. Each channel is driven to make one of its sums greatest.
+    let drive = Drive {
+        increment: u64::MAX / 161,
+        settle_blocks: 0,
+        blocks: MAX_BLOCKS,
+    };
+    let mut analyser = Analyser::new();
+    analyser.start(drive);
+    let full = [u16::MAX; CHANNELS];
+    let mut phase = 0_u64;
+    for block in 0..MAX_BLOCKS {
+        let mut scan = full;
+        // Full scale wherever cosine or sine is positive, and zero elsewhere.
+        scan[1] = if phase.wrapping_add(1 << 62) < 1 << 63 {
+            u16::MAX
+        } else {
+            0
+        };
+        scan[2] = if phase < 1 << 63 { u16::MAX } else { 0 };
+        analyser.update(&[scan; BLOCK], u64::from(block) * BLOCK as u64);
+        phase = phase.wrapping_add(drive.increment.wrapping_mul(BLOCK as u64));
+    }
+    assert_eq!(analyser.state(), HarmonicState::Complete);
+    let (_, _, sums) = analyser.report(0).unwrap();
+    let (blocks, sum) = (i128::from(MAX_BLOCKS), i128::from(u16::MAX) * BLOCK as i128);
+    assert_eq!(i128::from(sums.offset), blocks * sum);
+    assert_eq!(i128::from(sums.drift), blocks * (blocks - 1) / 2 * sum);
+    assert_eq!(i128::from(sums.square), blocks * sum * sum);
+    let fit = solve(&drive, &sums).unwrap();
+    assert!((fit.offset - f64::from(u16::MAX)).abs() < 1e-6 && fit.first().amplitude() < 1e-6);
+    let (_, _, square_wave) = analyser.report(1).unwrap();
+    assert!(square_wave.cosine[0] > i64::from(MAX_BLOCKS) << 33);
+}
+
+#[test]
+fn an_analyser_says_how_far_it_is() {
+    let mut analyser = Analyser::new();
+    let block = [[100; CHANNELS]; BLOCK];
+    analyser.update(&block, 0);
+    assert_eq!(
+        (analyser.state(), analyser.report(0)),
+        (HarmonicState::Idle, None)
+    );
+
+    let drive = Drive {
+        settle_blocks: 2,
+        ..drive(1.0, 1_000.0, 3)
+    };
+    analyser.start(drive);
+    let states: Vec<_> = (1..=6)
+        .map(|index| {
+            let state = analyser.state();
+            analyser.update(&block, index * 16);
+            state
+        })
+        .collect();
+    use HarmonicState::{Complete, Settling, Summing};
+    assert_eq!(
+        states,
+        [Settling, Settling, Summing, Summing, Summing, Complete]
+    );
+    let (reported, first_scan, sums) = analyser.report(CHANNELS - 1).unwrap();
+    assert_eq!((reported, first_scan, sums.offset), (drive, 48, 3 * 1_600));
+    assert_eq!(analyser.report(CHANNELS), None);
+
+    analyser.start(drive);
+    assert_eq!(analyser.state(), Settling);
+    assert_eq!(analyser.report(0).unwrap().2.offset, 0);
+}
