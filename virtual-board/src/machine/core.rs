@@ -5,11 +5,12 @@
 //! peripherals carry it out, and stops the emulation if an exception is to be taken. Entry, return, sleep and faults
 //! are then done here, between two runs of the emulation.
 
+use std::collections::HashSet;
 use std::ops::RangeInclusive;
 
 use thiserror::Error;
 use unicorn_engine::{
-    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error,
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn, uc_error,
 };
 
 use super::bus::{Bus, FLASH_SIZE};
@@ -39,6 +40,9 @@ const STUB_BASE: u32 = 0x1E00_0000;
 /// way to clear it, and an exception must.
 const CLEAR_MONITOR: [u8; 8] = [0xBF, 0xF3, 0x2F, 0x8F, 0xDF, 0xF8, 0x00, 0xF0];
 const STUB_TARGET: usize = CLEAR_MONITOR.len();
+/// Everything but RAM. A hook that covers RAM would make every store to it slow.
+const BESIDE_RAM: [RangeInclusive<u32>; 3] =
+    [0..=CCM_BASE - 1, CCM_BASE + CCM_SIZE as u32..=RAM_BASE - 1, RAM_BASE + RAM_SIZE as u32..=u32::MAX];
 /// Where flash, RAM and CCM code is found in the block tables.
 const CODE_AREAS: [(u32, usize); 4] = [
     (FLASH_BASE, FLASH_SIZE),
@@ -130,6 +134,8 @@ pub(super) struct Context {
     blocks: [BlockTable; CODE_AREAS.len()],
     /// Where the block that ran last ends.
     block_end: u32,
+    /// Pages of RAM that code has been run from.
+    code_in_ram: HashSet<u64>,
     /// The event register.
     pub(super) event: bool,
     pub(super) sleep: Option<Sleep>,
@@ -162,6 +168,7 @@ impl Machine {
             most_sent: None,
             blocks: CODE_AREAS.map(|(base, size)| BlockTable::new(base, size)),
             block_end: 0,
+            code_in_ram: HashSet::new(),
             event: false,
             sleep: None,
             pause: Pause::None,
@@ -661,15 +668,30 @@ fn add_hooks(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
         uc.get_data_mut().raised = Some(number);
         let _ = uc.emu_stop();
     })?;
-    uc.add_mem_hook(HookType::MEM_UNMAPPED, 1, 0, |uc, kind, address, _, _| {
-        uc.get_data_mut().bad_access = Some(BadAccess {
-            kind,
-            address: address as u32,
-        });
-        false
-    })?;
-    uc.add_mem_hook(HookType::MEM_PROT, 1, 0, on_protected)?;
+    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+    uc.add_tlb_hook(1, 0, translate)?;
+    for area in BESIDE_RAM {
+        let (begin, end) = (u64::from(*area.start()), u64::from(*area.end()));
+        uc.add_mem_hook(HookType::MEM_UNMAPPED, begin, end, |uc, kind, address, _, _| {
+            uc.get_data_mut().bad_access = Some(BadAccess { kind, address: address as u32 });
+            false
+        })?;
+        uc.add_mem_hook(HookType::MEM_PROT, begin, end, on_protected)?;
+    }
     Ok(())
+}
+
+/// Every address is itself. The emulator watches stores to pages that may be executed, which makes them slow; so a page
+/// of RAM may be executed only once it has been.
+fn translate(uc: &mut Unicorn<'_, Context>, address: u64, kind: MemType) -> Option<TlbEntry> {
+    let in_ram = |base: u32, size: usize| (u64::from(base)..u64::from(base) + size as u64).contains(&address);
+    let code_in_ram = &mut uc.get_data_mut().code_in_ram;
+    if kind == MemType::FETCH {
+        code_in_ram.insert(address);
+    }
+    let data = (in_ram(RAM_BASE, RAM_SIZE) || in_ram(CCM_BASE, CCM_SIZE)) && !code_in_ram.contains(&address);
+    let perms = if data { Prot::READ | Prot::WRITE } else { Prot::ALL };
+    Some(TlbEntry { paddr: address, perms })
 }
 
 fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {

@@ -355,9 +355,8 @@ impl Adc {
         let sum: u32 = (0..self.conversions_per_rank())
             .map(|_| {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
-                let code = (ideal + self.imperfection.noise_lsb * noise)
-                    .round()
-                    .clamp(0.0, 4095.0);
+                // Half a code is added and the fraction dropped: rounding to the nearest code.
+                let code = (ideal + self.imperfection.noise_lsb * noise + 0.5).clamp(0.0, 4095.0);
                 code as u32 >> dropped_bits
             })
             .sum();
