@@ -57,8 +57,16 @@ impl Sine {
     /// Displacement at `t_s` seconds; zero outside the sine.
     #[must_use]
     pub fn at(&self, t_s: f64) -> f64 {
-        let envelope =
-            smooth_step(t_s / self.fade_s) * smooth_step((self.duration_s() - t_s) / self.fade_s);
+        let envelope = self.faded(t_s) * self.faded(self.duration_s() - t_s);
         envelope * self.amplitude * libm::sin(TAU * self.frequency_hz * t_s + self.phase_rad)
+    }
+
+    /// How much of the amplitude is there `time_s` after one end of the sine; all at once without a fade.
+    fn faded(&self, time_s: f64) -> f64 {
+        if self.fade_s > 0.0 {
+            smooth_step(time_s / self.fade_s)
+        } else {
+            f64::from(u8::from(time_s >= 0.0))
+        }
     }
 }
