@@ -17,6 +17,7 @@
 //! goes on with the first run that is not recorded.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use hexsense::channel::CHANNELS;
@@ -369,6 +370,21 @@ impl Campaign {
     /// [`FileError`].
     pub fn note_run(&self, record: &RunRecord) -> Result<(), FileError> {
         write_json(&self.record_path(&record.run), record)
+    }
+
+    /// Makes a run count as not recorded.
+    ///
+    /// # Errors
+    /// [`FileError::Write`].
+    pub fn forget(&self, run: &str) -> Result<(), FileError> {
+        let path = self.record_path(run);
+        match fs::remove_file(&path) {
+            Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
+                file: path.display().to_string(),
+                reason,
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// SHA-256 of a run's jack program.

@@ -285,6 +285,41 @@ fn sensor_files_with_impossible_numbers() {
 }
 
 #[test]
+fn a_base_that_does_not_move_is_reported_with_what_to_check() {
+    let folder = folder(str::to_owned);
+    let port = port(|_| {});
+    let output = Command::cargo_bin("hexsense")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(calibrate(&port))
+        .write_stdin("\n\n")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    for part in [
+        "load campaign/programs/pitch.csv into the motion controller",
+        "Start run pitch NOW",
+        "no jack has moved within 30 s",
+        "campaign is complete up to run zero",
+    ] {
+        assert!(text.contains(part), "{part:?} is not in: {text}");
+    }
+}
+
+#[test]
+fn a_virtual_board_that_hangs_is_reported_within_five_seconds() {
+    let folder = folder(str::to_owned);
+    let listener = fake::source::listener();
+    let port = format!("lockstep:{}", fake::source::address(&listener));
+    let start = std::time::Instant::now();
+    let text = refusal(&folder, &["info", "--port", &port]);
+    assert!(text.contains("has not answered for 4 s"), "{text}");
+    assert!(start.elapsed() < std::time::Duration::from_secs(5));
+    drop(listener);
+}
+
+#[test]
 fn a_board_that_dies_during_a_run_says_what_is_safe_and_how_to_go_on() {
     let folder = folder(str::to_owned);
     // The zero run takes ten seconds, 625 blocks; the board dies in it.

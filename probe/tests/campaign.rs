@@ -6,14 +6,15 @@ use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
-use fake::FakeBoard;
 use fake::flash::Flash;
 use fake::line::lockstep;
 use fake::source::{self, Pins};
+use fake::{FakeBoard, Fault};
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
 use hexsense::sampling::BLOCK;
 use hexsense_probe::campaign::Campaign;
+use hexsense_probe::plan::Plan;
 
 const GEOMETRY: &str = "an-74tk-200";
 const SEED: u64 = 7;
@@ -70,6 +71,20 @@ impl Bench {
         ];
         let rest = ["--twin", self.control.as_str(), "--date", "1780000000"];
         self.hexsense(&[base.as_slice(), rest.as_slice()].concat())
+    }
+
+    /// Plans only these runs, which is less than a calibration needs but enough to record.
+    fn plan_only(&self, runs: &[&str]) {
+        let mut command = Command::cargo_bin("hexsense").unwrap();
+        command.current_dir(self.folder.path());
+        command
+            .args(["plan", "--geometry", GEOMETRY, "--out", "campaign"])
+            .assert()
+            .success();
+        let path = self.folder.path().join("campaign/plan.toml");
+        let mut plan = Plan::load(&path).unwrap();
+        plan.runs.retain(|run| runs.contains(&run.name.as_str()));
+        std::fs::write(&path, plan.to_toml()).unwrap();
     }
 
     fn campaign(&self) -> Campaign {
@@ -131,4 +146,68 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     assert!(campaign.capture("held-out").unwrap().values.is_some());
     let again = bench.record("calibrate");
     assert!(String::from_utf8_lossy(&again.stderr).contains("finished campaign"));
+}
+
+#[test]
+fn a_campaign_that_broke_off_goes_on_where_it_was() {
+    // The zero run takes 625 blocks; the board dies in the run after it.
+    // The zero run takes about 700 blocks; the board dies in the run after it, and the base goes home meanwhile.
+    let bench = Bench::new(|board| board.fault = Fault::CutAfterBlocks(1_500));
+    bench.plan_only(&["zero", "pitch", "heave"]);
+    let text = String::from_utf8(bench.record("calibrate").stderr).unwrap();
+    assert!(text.contains("run pitch broke off"), "{text}");
+    assert!(
+        text.contains("campaign is complete up to run zero"),
+        "{text}"
+    );
+    let campaign = bench.campaign();
+    let zero = std::fs::read(campaign.capture_path("zero")).unwrap();
+    assert!(!campaign.is_recorded("pitch"));
+
+    let text = String::from_utf8(bench.record("calibrate").stderr).unwrap();
+    assert!(text.contains("zero is recorded already"), "{text}");
+    assert!(campaign.is_recorded("pitch") && campaign.is_recorded("heave"));
+    assert_eq!(std::fs::read(campaign.capture_path("zero")).unwrap(), zero);
+    assert!(
+        text.contains("the campaign has no"),
+        "what was not planned is missed: {text}"
+    );
+}
+
+#[test]
+fn the_same_seed_gives_the_same_captures() {
+    let heave = || {
+        let bench = Bench::new(|_| {});
+        bench.plan_only(&["heave"]);
+        bench.record("calibrate");
+        std::fs::read(bench.campaign().capture_path("heave")).unwrap()
+    };
+    assert!(heave() == heave());
+}
+
+#[test]
+fn lost_blocks_are_a_gap_in_the_capture_and_refused_by_the_analysis() {
+    let bench = Bench::new(|board| board.lose_blocks = 100..102);
+    bench.plan_only(&["zero"]);
+    let output = bench.record("calibrate");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    assert!(text.contains("run zero: 32 of"), "{text}");
+    assert!(text.contains("run zero: 32 scans are missing"), "{text}");
+    let capture = bench.campaign().capture("zero").unwrap();
+    assert_eq!(
+        capture
+            .gaps()
+            .iter()
+            .map(|gap| gap.missing)
+            .collect::<Vec<_>>(),
+        [32]
+    );
+    assert!(
+        !bench
+            .folder
+            .path()
+            .join("campaign/coefficients.toml")
+            .exists()
+    );
 }

@@ -1,6 +1,7 @@
 //! `hexsense info`: who the board is and how it is.
 
 use clap::Args;
+use hexsense::sampling::NOMINAL_SUPPLY_V;
 use hexsense::wire::VERSION;
 
 use super::arguments::Port;
@@ -49,7 +50,7 @@ impl Info {
                 "internal oscillator, about 1 % off: not fit to calibrate"
             }
         );
-        println!("supply         {:.4} of 3.300 V", status.supply);
+        println!("supply         {:.3} V", status.supply * NOMINAL_SUPPLY_V);
         println!(
             "temperature    {:.1} °C{}",
             status.temperature_c,

@@ -17,7 +17,7 @@ use crate::sensor_file::SensorFile;
 /// Prove the board's coefficients on a movement that they were not fitted to.
 ///
 /// Drives all six degrees of freedom at once, lets the board calibrate while it samples, and compares with what the
-/// jacks say. --out is the folder of the campaign that the coefficients came from. Fails when a channel's error is
+/// jacks say. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients came from. Fails when a channel's error is
 /// over 3 % of its signal, or its mean error outside its uncertainty.
 #[derive(Args)]
 pub struct Verify {
@@ -54,6 +54,9 @@ impl Verify {
         let mut motion = self.bench.motion()?;
         campaign.write()?;
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Verify).collect();
+        for run in &runs {
+            campaign.forget(&run.name)?;
+        }
         session::record_all(&mut client, motion.as_mut(), &campaign, &runs, true)?;
         let since_set_s = self.bench.unix_s().saturating_sub(set.unix_s) as f64;
         let mut verdicts = Vec::new();

@@ -4,12 +4,16 @@
 //! stream on ── rest seen ── controller told ── onset seen ── drive set ── … ── end + 1 s ── stream off ── sums read
 //! ```
 //!
-//! - [`onset`]: when the base begins to move.
+//! - [`jacks`]: displacements of the jacks, averaged.
+//! - [`rest`]: whether the base is at home and at rest.
+//! - [`onset`]: when it begins to move.
 //!
-//! Nothing waits for ever: a base that does not move within 30 s, samples that do not come for 2 s and sums that are
+//! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, samples that do not come for 2 s and sums that are
 //! not complete at the end are errors that say what to check.
 
+pub mod jacks;
 pub mod onset;
+pub mod rest;
 
 use std::time::Duration;
 
@@ -26,12 +30,16 @@ use crate::files::FileError;
 use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError};
 use crate::plan::Run;
+use jacks::JackMeans;
 use onset::OnsetWatch;
+use rest::{Rest, RestWatch, Unrest};
 
 /// Scan rate of a campaign, Hz.
 pub const RATE_HZ: u32 = 1_000;
 /// How long the next block may take.
 const BLOCK_WAIT: Duration = Duration::from_secs(2);
+/// How long the base may take to come to rest at home before a run, s.
+const REST_LIMIT_S: f64 = 60.0;
 /// How long the base may take to start after the controller was told, s.
 const ONSET_LIMIT_S: f64 = 30.0;
 /// Recorded after the end of the program, s.
@@ -54,18 +62,31 @@ pub enum RecordError {
     /// The capture cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The base moves when it should rest.
+    /// The base does not come to rest.
     #[error(
-        "jack {jack} moved by {moved_mm:.1} mm before run {run} was started; bring the base home and let it come to \
-         rest, and check that this transducer is connected"
+        "jack {jack} still moves ({moved_mm:.1} mm in a second) {REST_LIMIT_S} s before run {run} could start; bring \
+         the base home, let it come to rest, and check that this transducer is connected"
     )]
     NotAtRest {
         /// The run.
         run: String,
         /// The jack, 1 to 6.
         jack: usize,
-        /// How far it moved, mm.
+        /// How far it moved within a second, mm.
         moved_mm: f64,
+    },
+    /// The base rests somewhere else.
+    #[error(
+        "jack {jack} stands {off_mm:+.1} mm from home before run {run}; bring the base home, and check that geometry \
+         file, sensor file and wiring belong to this base"
+    )]
+    NotAtHome {
+        /// The run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it is off, mm; positive is longer.
+        off_mm: f64,
     },
     /// The base did not move.
     #[error(
@@ -177,16 +198,11 @@ impl Recording<'_> {
             counts: true,
             values: self.values,
         })?;
-        let writer =
-            CaptureWriter::create(&self.campaign.capture_path(&self.run.name), self.values)?;
-        let mut tape = Tape {
-            writer,
-            first_scan: None,
-            next_scan: 0,
-            scans: 0,
-        };
+        let mut tape = self.tape()?;
+        let mut jacks = JackMeans::new(&self.campaign.geometry, &self.campaign.sensors);
+        let rest = self.settle(&mut tape, &mut jacks)?;
         let onset_scan = if moves {
-            Some(self.start(&mut tape)?)
+            Some(self.start(&mut tape, &mut jacks, rest)?)
         } else {
             None
         };
@@ -215,27 +231,58 @@ impl Recording<'_> {
         Ok(record)
     }
 
-    /// Learns rest, has the controller start, and waits for the onset.
-    fn start(&mut self, tape: &mut Tape) -> Result<u64, RecordError> {
-        let mut watch = OnsetWatch::new(self.run, &self.campaign.geometry, &self.campaign.sensors);
+    /// Waits until the base is at rest at home; the tape then begins with that rest.
+    fn settle(&mut self, tape: &mut Tape, jacks: &mut JackMeans) -> Result<Rest, RecordError> {
+        let mut watch = RestWatch::new(&self.campaign.geometry);
         self.bar.set_message("at rest");
-        while !watch.knows_rest() {
+        let first = self.take(tape)?.header.first_scan;
+        let limit = first + (REST_LIMIT_S * f64::from(RATE_HZ)) as u64;
+        loop {
             let block = self.take(tape)?;
-            watch
-                .learn(&block)
-                .map_err(|moving| RecordError::NotAtRest {
-                    run: self.run.name.clone(),
-                    jack: moving.jack,
-                    moved_mm: 1e3 * moving.moved_m,
-                })?;
+            match watch.learn(&block, jacks) {
+                Ok(Some(rest)) => return Ok(rest),
+                Ok(None) => {}
+                Err(unrest) if tape.next_scan >= limit => return Err(self.restless(unrest)),
+                Err(_) => {
+                    self.bar
+                        .set_message("waiting for the base to come to rest at home");
+                    *tape = self.tape()?;
+                }
+            }
         }
+    }
+
+    fn restless(&self, unrest: Unrest) -> RecordError {
+        let run = self.run.name.clone();
+        match unrest {
+            Unrest::Moving { jack, moved_m } => RecordError::NotAtRest {
+                run,
+                jack,
+                moved_mm: 1e3 * moved_m,
+            },
+            Unrest::Away { jack, off_m } => RecordError::NotAtHome {
+                run,
+                jack,
+                off_mm: 1e3 * off_m,
+            },
+        }
+    }
+
+    /// Has the controller start, and waits for the onset.
+    fn start(
+        &mut self,
+        tape: &mut Tape,
+        jacks: &mut JackMeans,
+        rest: Rest,
+    ) -> Result<u64, RecordError> {
+        let mut watch = OnsetWatch::new(self.run, &self.campaign.geometry, rest);
         self.motion
             .start(&self.run.name, &self.campaign.program_path(self.run))?;
         self.bar.set_message("waiting for the base to move");
         let limit = tape.next_scan + (ONSET_LIMIT_S * f64::from(RATE_HZ)) as u64;
         while tape.next_scan < limit {
             let block = self.take(tape)?;
-            if let Some(onset) = watch.watch(&block) {
+            if let Some(onset) = watch.watch(&block, jacks) {
                 return Ok(onset);
             }
         }
@@ -265,28 +312,31 @@ impl Recording<'_> {
         Ok(drive)
     }
 
-    /// Records to the end of the run.
+    /// Records to the end of the run, or for the length of a rest.
     fn follow(&mut self, tape: &mut Tape, onset_scan: Option<u64>) -> Result<(), RecordError> {
         let scans = |seconds: f64| (seconds * f64::from(RATE_HZ)) as u64;
-        self.bar.set_message("");
-        let position = |tape: &Tape, start: u64| {
-            let done = tape.next_scan.saturating_sub(start);
-            self.bar.set_position(done * 1000 / u64::from(RATE_HZ));
-        };
         let (start, length) = match onset_scan {
             Some(onset) => (onset, scans(self.run.duration_s() + AFTER_S)),
-            None => {
-                let block = self.client.block(BLOCK_WAIT)?;
-                tape.push(&block)?;
-                (block.header.first_scan, scans(self.run.duration_s()))
-            }
+            None => (tape.next_scan, scans(self.run.duration_s())),
         };
+        self.bar.set_message("");
         while tape.next_scan < start + length {
-            let block = self.client.block(BLOCK_WAIT)?;
-            tape.push(&block)?;
-            position(tape, start);
+            self.take(tape)?;
+            let done = tape.next_scan.saturating_sub(start);
+            self.bar.set_position(done * 1000 / u64::from(RATE_HZ));
         }
         Ok(())
+    }
+
+    /// An empty tape in the place of whatever was recorded of this run.
+    fn tape(&self) -> Result<Tape, FileError> {
+        let path = self.campaign.capture_path(&self.run.name);
+        Ok(Tape {
+            writer: CaptureWriter::create(&path, self.values)?,
+            first_scan: None,
+            next_scan: 0,
+            scans: 0,
+        })
     }
 
     fn take(&mut self, tape: &mut Tape) -> Result<Block, RecordError> {

@@ -63,13 +63,17 @@ impl Transport for Line {
     }
 }
 
-/// Serves a board in lockstep, to one host after another; the port to give to `--port`.
+/// Serves a board in lockstep, to one host after another; the port to give to `--port`. A board whose power was cut
+/// is switched on again when the next host comes.
 pub fn lockstep(board: FakeBoard) -> String {
     let listener = source::listener();
     let port = format!("lockstep:{}", source::address(&listener));
     std::thread::spawn(move || {
         let (mut board, mut now) = (board, Duration::ZERO);
         while let Ok((stream, _)) = listener.accept() {
+            if board.cut {
+                board.switch_on();
+            }
             // A host that goes away is none of the board's business.
             let _ = serve(stream, &mut board, &mut now);
         }

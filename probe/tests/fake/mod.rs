@@ -87,6 +87,17 @@ impl FakeBoard {
         board
     }
 
+    /// Switches a board on whose power was cut: its flash is as it was, everything else starts anew.
+    pub fn switch_on(&mut self) {
+        self.fault = Fault::None;
+        self.cut = false;
+        self.stream = StreamContent::default();
+        self.upload = None;
+        self.analyser = Analyser::new();
+        self.blocks = 0;
+        self.load();
+    }
+
     /// Takes bytes from the host; what the board answers.
     pub fn take(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();

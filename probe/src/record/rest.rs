@@ -1,0 +1,111 @@
+//! Whether the base is at home and at rest, seen in the jacks for a second before every run.
+
+use hexsense::channel::JACKS;
+use hexsense::kinematics::displacements;
+use hexsense::wire::telemetry::Block;
+
+use super::jacks::{Displacements, JackMeans};
+use crate::geometry_file::GeometryFile;
+
+/// Windows that are compared: one second at 1 kHz.
+const WINDOWS: usize = 60;
+/// Most that windows may differ at rest, m. Noise makes a hundredth of a millimetre.
+const REST_LIMIT_M: f64 = 0.000_5;
+/// Most that a jack may be off its home, m: far more than transducers and hinges are off.
+const HOME_LIMIT_M: f64 = 0.02;
+
+/// A base that is not at rest at home.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unrest {
+    /// It moves.
+    Moving {
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it moved within a second, m.
+        moved_m: f64,
+    },
+    /// It stands still elsewhere.
+    Away {
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it is from home, m; positive is longer.
+        off_m: f64,
+    },
+}
+
+/// What rest looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// Mean displacement from mid-stroke, m.
+    pub mean_m: Displacements,
+    /// Standard deviation of a window, m.
+    pub deviation_m: Displacements,
+}
+
+/// Learns what rest looks like.
+#[derive(Debug)]
+pub struct RestWatch {
+    home_m: Displacements,
+    windows: Vec<Displacements>,
+}
+
+impl RestWatch {
+    /// A watch for this base.
+    #[must_use]
+    pub fn new(geometry: &GeometryFile) -> Self {
+        let base = &geometry.geometry;
+        Self {
+            home_m: displacements(base, &base.home()),
+            windows: Vec::with_capacity(WINDOWS),
+        }
+    }
+
+    /// Takes a block; what rest looks like when a second of it has been seen.
+    ///
+    /// # Errors
+    /// [`Unrest`] when that second was not one at rest at home; learning has then begun anew.
+    pub fn learn(&mut self, block: &Block, jacks: &mut JackMeans) -> Result<Option<Rest>, Unrest> {
+        self.windows.extend(jacks.push(block));
+        if self.windows.len() < WINDOWS {
+            return Ok(None);
+        }
+        let rest = self.judge();
+        self.windows.clear();
+        rest.map(Some)
+    }
+
+    fn judge(&self) -> Result<Rest, Unrest> {
+        let count = self.windows.len() as f64;
+        let mut rest = Rest {
+            mean_m: [0.0; JACKS],
+            deviation_m: [0.0; JACKS],
+        };
+        for jack in 0..JACKS {
+            let values = self.windows.iter().map(|window| window[jack]);
+            let mean = values.clone().sum::<f64>() / count;
+            let variance = values
+                .clone()
+                .map(|value| (value - mean).powi(2))
+                .sum::<f64>()
+                / count;
+            let lowest = values.clone().fold(f64::INFINITY, f64::min);
+            let moved_m = values.fold(f64::NEG_INFINITY, f64::max) - lowest;
+            let off_m = mean - self.home_m[jack];
+            if moved_m > REST_LIMIT_M {
+                return Err(Unrest::Moving {
+                    jack: jack + 1,
+                    moved_m,
+                });
+            }
+            if off_m.abs() > HOME_LIMIT_M {
+                return Err(Unrest::Away {
+                    jack: jack + 1,
+                    off_m,
+                });
+            }
+            rest.mean_m[jack] = mean;
+            rest.deviation_m[jack] = variance.sqrt();
+        }
+        Ok(rest)
+    }
+}
