@@ -38,6 +38,12 @@ pub enum ZeroError {
         /// Samples given.
         samples: usize,
     },
+    /// A sample is NaN or infinite.
+    #[error("sample {sample} of a zero run is not a finite number; check the capture and repeat")]
+    NotFinite {
+        /// Its place in the run, from 0.
+        sample: usize,
+    },
     /// The signal scattered.
     #[error(
         "the signal scattered by {deviation:.1} counts (limit {limit:.1}); let the base come to rest and repeat"
@@ -70,6 +76,9 @@ pub fn zero(samples: &[f64], limits: ZeroLimits) -> Result<Zero, ZeroError> {
         return Err(ZeroError::Short {
             samples: samples.len(),
         });
+    }
+    if let Some(sample) = samples.iter().position(|value| !value.is_finite()) {
+        return Err(ZeroError::NotFinite { sample });
     }
     let mut line = NormalEquations::<2>::default();
     for (segment, samples) in samples.chunks_exact(length).take(SEGMENTS).enumerate() {

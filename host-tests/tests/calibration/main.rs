@@ -1,0 +1,7 @@
+//! Zero, truth, triads and budgets, against motion worked out another way, exact recovery and simulated noise.
+
+mod budget;
+mod noise;
+mod triad;
+mod truth;
+mod zero;
