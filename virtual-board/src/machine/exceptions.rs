@@ -9,8 +9,10 @@
 
 use unicorn_engine::RegisterARM;
 
-use super::core::{Machine, Sleep, Stop};
+use super::context::Sleep;
+use super::core::{Machine, Stop};
 use super::faults::{Fault, exception_name};
+use super::hooks::IT_STATE;
 use crate::peripherals::nvic::{HARD_FAULT, SV_CALL};
 
 /// Cycles from the acceptance of an exception to the first instruction of its handler, and back (Cortex-M4 TRM).
@@ -34,6 +36,8 @@ const SPSEL: u32 = 1 << 1;
 // Numbers by which the emulator names what it met.
 const RAISED_UNDEFINED: u32 = 1;
 const RAISED_SVC: u32 = 2;
+const RAISED_PREFETCH_ABORT: u32 = 3;
+const RAISED_DATA_ABORT: u32 = 4;
 const RAISED_BREAKPOINT: u32 = 7;
 const RAISED_EXCEPTION_EXIT: u32 = 8;
 const RAISED_NO_COPROCESSOR: u32 = 17;
@@ -59,7 +63,8 @@ impl Machine {
             RAISED_BREAKPOINT => self.fault(Fault::Breakpoint, pc),
             RAISED_NO_COPROCESSOR => self.fault(Fault::NoCoprocessor, pc),
             RAISED_INVALID_STATE => self.fault(Fault::InvalidState, pc),
-            RAISED_UNALIGNED => self.fault(Fault::Unaligned, pc),
+            RAISED_PREFETCH_ABORT => self.fault(Fault::Fetch(pc), pc),
+            RAISED_UNALIGNED | RAISED_DATA_ABORT => self.fault(Fault::Unaligned, pc),
             RAISED_UNDEFINED => self.fault(Fault::UndefinedInstruction, pc),
             _ => self.fault(Fault::Unknown(number), pc),
         }
@@ -79,9 +84,13 @@ impl Machine {
                 &detail,
             );
         }
-        if !self.push_frame(return_address, extended) {
-            return self.stacking_failed(exception, return_address);
-        }
+        // Where the stack is lost, the handler of that runs instead, without a frame (ARMv7-M B1.5.11).
+        let stacked = self.push_frame(return_address, extended);
+        let exception = if stacked {
+            exception
+        } else {
+            self.stacking_failed(exception, return_address)
+        };
         let link = match (handler_mode, control & SPSEL != 0) {
             (true, _) => 0xFFFF_FFF1,
             (false, false) => 0xFFFF_FFF9,
@@ -111,7 +120,7 @@ impl Machine {
                 exception_name(exception)
             ));
             if exception == HARD_FAULT {
-                return Err(self.lock_up(Fault::BadVector));
+                return self.lock_up(Fault::BadVector);
             }
         }
         self.jump_clearing_monitor(handler);
@@ -141,7 +150,7 @@ impl Machine {
         if to_thread && self.context().bus.nvic.sleeps_on_exit() {
             self.context_mut().sleep = Some(Sleep::ForInterrupt);
         }
-        if self.register(RegisterARM::XPSR) & 0x0600_FC00 != 0 {
+        if self.register(RegisterARM::XPSR) & IT_STATE != 0 {
             self.set_register(RegisterARM::PC, return_address | 1);
         } else {
             self.jump_clearing_monitor(return_address);

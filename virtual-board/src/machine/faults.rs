@@ -3,6 +3,7 @@
 use thiserror::Error;
 use unicorn_engine::{MemType, RegisterARM, uc_error};
 
+use super::context::Sleep;
 use super::core::{Machine, Stop};
 use crate::peripherals::nvic::{BUS_FAULT, HARD_FAULT, INTERRUPTS, MEM_MANAGE, NMI, USAGE_FAULT};
 
@@ -157,36 +158,33 @@ impl Machine {
 
     /// A fault of the instruction at `pc`: its handler is entered, or HardFault's, or the core locks up.
     pub(super) fn fault(&mut self, fault: Fault, pc: u32) -> Result<(), Stop> {
-        let handler = self.record_fault(fault, pc)?;
-        self.enter(handler, pc)
+        match self.record_fault(fault, pc) {
+            Some(handler) => self.enter(handler, pc),
+            None => self.lock_up(fault),
+        }
     }
 
-    /// The frame of `exception` could not be stacked: the fault about that is entered instead, on what stack there is.
-    pub(super) fn stacking_failed(&mut self, exception: usize, pc: u32) -> Result<(), Stop> {
+    /// The frame of `exception` could not be stacked; the exception to enter instead, on what stack there is.
+    pub(super) fn stacking_failed(&mut self, exception: usize, pc: u32) -> usize {
         if exception == HARD_FAULT || exception == NMI {
-            return Err(self.lock_up(Fault::Stacking));
+            let (_, bits, _) = Fault::Stacking.status();
+            self.context_mut().bus.nvic.note_fault(bits, None);
+            return exception;
         }
-        let handler = self.record_fault(Fault::Stacking, pc)?;
-        if handler == HARD_FAULT {
-            // The main stack itself is lost, and with it every handler's.
-            return Err(self.lock_up(Fault::Stacking));
-        }
-        self.enter(handler, pc)
+        self.record_fault(Fault::Stacking, pc).unwrap_or(HARD_FAULT)
     }
 
-    /// Sets the status bits; returns the exception to enter.
-    fn record_fault(&mut self, fault: Fault, pc: u32) -> Result<usize, Stop> {
+    /// Sets the status bits; the exception to enter, or none: the core locks up.
+    fn record_fault(&mut self, fault: Fault, pc: u32) -> Option<usize> {
         let (exception, bits, address) = fault.status();
         let masks = self.masks();
         let nvic = &mut self.context_mut().bus.nvic;
         nvic.note_fault(bits, address);
-        let level = nvic.running_priority();
-        let taken = exception != HARD_FAULT && nvic.can_take_fault(exception, masks);
-        if taken {
-            return Ok(exception);
+        if exception != HARD_FAULT && nvic.can_take_fault(exception, masks) {
+            return Some(exception);
         }
-        if level < 0 || masks.faultmask {
-            return Err(self.lock_up(fault));
+        if nvic.masked_priority(masks) < 0 {
+            return None;
         }
         nvic.note_hard_fault(if fault == Fault::Breakpoint {
             DEBUG_EVENT
@@ -195,12 +193,20 @@ impl Machine {
         });
         self.note(&format!("HardFault at PC {pc:#010x}: {fault}"));
         self.context_mut().last_hard_fault = Some((fault, pc));
-        Ok(HARD_FAULT)
+        Some(HARD_FAULT)
     }
 
-    pub(super) fn lock_up(&mut self, reason: Fault) -> Stop {
+    /// The core locks up. That is the end, unless the watchdog runs: then it rests until that bites.
+    pub(super) fn lock_up(&mut self, reason: Fault) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
-        self.halt(reason, pc)
+        if !self.bus().iwdg.running() {
+            return Err(self.halt(reason, pc));
+        }
+        self.note(&format!(
+            "lockup at PC {pc:#010x}: {reason}; the watchdog will reset the chip"
+        ));
+        self.context_mut().sleep = Some(Sleep::LockedUp);
+        Ok(())
     }
 
     /// The core spins where nothing interrupts it and no watchdog runs.

@@ -6,9 +6,11 @@
 
 pub mod bus;
 pub mod clock;
+mod context;
 pub mod core;
 pub mod exceptions;
 pub mod faults;
+mod hooks;
 pub mod instructions;
 pub mod memory;
 pub mod system_memory;

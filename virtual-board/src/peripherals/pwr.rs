@@ -5,6 +5,9 @@
 use super::{NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
 
 const REGISTERS: usize = 0x84 / 4;
+const CR1: usize = 0;
+const CR3: usize = 2;
+const CR5: usize = 0x80 / 4;
 const R1MODE: u32 = 8;
 
 /// The power controller.
@@ -16,9 +19,9 @@ pub struct Pwr {
 impl Default for Pwr {
     fn default() -> Self {
         let mut registers = [0; REGISTERS];
-        registers[0x00 / 4] = 0x0000_0200; // range 1
-        registers[0x08 / 4] = 0x0000_8000;
-        registers[0x80 / 4] = 1 << R1MODE; // normal mode, not boost
+        registers[CR1] = 0x0000_0200; // range 1
+        registers[CR3] = 0x0000_8000;
+        registers[CR5] = 1 << R1MODE; // normal mode, not boost
         Self { registers }
     }
 }
@@ -49,7 +52,7 @@ impl Pwr {
 
     /// The fastest core clock that the regulator's range allows, Hz (RM0440 6.1.5).
     pub fn max_core_hz(&self) -> u32 {
-        if bit(self.registers[0x80 / 4], R1MODE) {
+        if bit(self.registers[CR5], R1MODE) {
             150_000_000
         } else {
             170_000_000

@@ -17,7 +17,8 @@ pub const HSE_HZ: u32 = 24_000_000;
 const LSE_HZ: u32 = 32_768;
 
 const REGISTERS: usize = 0xA0 / 4;
-const CR: usize = 0x00 / 4;
+const CR: usize = 0;
+const ICSCR: usize = 1;
 const CFGR: usize = 0x08 / 4;
 const PLLCFGR: usize = 0x0C / 4;
 const AHB1ENR: usize = 0x48 / 4;
@@ -106,7 +107,7 @@ impl Rcc {
     pub fn new(cause: ResetCause) -> Self {
         let mut registers = [0; REGISTERS];
         registers[CR] = 0x0000_0100;
-        registers[0x04 / 4] = 0x4000_0000;
+        registers[ICSCR] = 0x4000_0000;
         registers[CFGR] = 0x0000_0005;
         registers[PLLCFGR] = 0x0000_1000;
         registers[AHB1ENR] = 0x0000_0100;

@@ -19,6 +19,8 @@ const FLASH: usize = LPUART + 1;
 const IWDG: usize = FLASH + 1;
 const RNG: usize = IWDG + 1;
 const SYSTICK: usize = RNG + 1;
+/// A channel that does not satisfy the request that it answers would be served for ever; this is where it ends.
+const MOST_TRANSFERS: u32 = 64;
 /// Number of peripherals with deadlines.
 pub const SOURCES: usize = SYSTICK + 1;
 
@@ -190,10 +192,12 @@ impl Bus {
     /// Serves DMA requests until none is left.
     pub(super) fn settle(&mut self) {
         let mut index = 0;
-        while index < self.listening.len() {
+        let mut moved = 0;
+        while index < self.listening.len() && moved < MOST_TRANSFERS {
             let (controller, channel, number) = self.listening[index];
             if self.requested(number) && self.dma[controller].ready(channel) {
                 self.transfer(controller, channel);
+                moved += 1;
                 index = 0; // a transfer may raise another request, of a channel that comes first
             } else {
                 index += 1;
@@ -229,15 +233,14 @@ impl Bus {
 
     fn refresh_dma(&mut self) {
         self.listening.clear();
-        for controller in 0..2 {
-            for channel in 0..dma::CHANNELS {
+        for (controller, interrupts) in DMA_INTERRUPTS.iter().enumerate() {
+            for (channel, &interrupt) in interrupts.iter().enumerate() {
                 let number = self.dmamux.request(controller * dma::CHANNELS + channel);
                 if number != request::NONE && self.dma[controller].ready(channel) {
                     self.listening.push((controller, channel, number));
                 }
-                let high = self.dma[controller].interrupt(channel);
                 self.nvic
-                    .set_line(DMA_INTERRUPTS[controller][channel], high);
+                    .set_line(interrupt, self.dma[controller].interrupt(channel));
             }
         }
     }
