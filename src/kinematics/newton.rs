@@ -107,11 +107,40 @@ impl<T: RealField + Copy> Home<T> {
     }
 
     /// Determinant of the Newton matrix at `excursion`; zero or not finite if it is singular.
-    #[cold]
-    #[inline(never)]
     pub fn determinant(&self, excursion: &Excursion<T>) -> T {
         let (placed, _) = self.place(excursion, &Six::splat(T::zero()));
-        self.matrix(&placed, Pivoting::Best).factors.determinant
+        let matrix = self.matrix(&placed, Pivoting::AsAtHome);
+        if self.well_led(&matrix) {
+            matrix.factors.determinant
+        } else {
+            self.matrix(&placed, Pivoting::Best).factors.determinant
+        }
+    }
+
+    /// Whether the three jacks that lead are well enough apart, against home, for the determinant to be exact.
+    #[inline(always)]
+    fn well_led(&self, matrix: &Matrix<T>) -> bool {
+        matrix.factors.leading.abs() * convert(32.0) > self.factors.leading.abs()
+    }
+
+    /// [`Home::iterate`] for starts far from home and bad ones.
+    #[cold]
+    #[inline(never)]
+    pub fn iterate_pivoting(
+        &self,
+        start: Excursion<T>,
+        demand: &Six<T>,
+        tolerance: T,
+        budget: &mut u32,
+    ) -> Result<Arrival<T>, Stop> {
+        self.iterate(
+            start,
+            self.radius_squared,
+            demand,
+            tolerance,
+            Pivoting::Best,
+            budget,
+        )
     }
 
     /// Newton's iteration from `start`, that a step of the squared length `last` led to, until the greatest
@@ -131,8 +160,7 @@ impl<T: RealField + Copy> Home<T> {
         let mut residual = residuals.largest();
         let mut matrix = self.matrix(&placed, pivoting);
         let first_determinant = matrix.factors.determinant;
-        let least_leading = self.factors.leading.abs() * convert(1.0 / 32.0);
-        let sure = matrix.factors.leading.abs() > least_leading;
+        let sure = self.well_led(&matrix);
         let mut moved_squared = T::zero();
         loop {
             *budget = budget.checked_sub(1).ok_or(Stop::Exhausted)?;
@@ -169,7 +197,7 @@ impl<T: RealField + Copy> Home<T> {
             first_determinant,
             determinant: matrix.factors.determinant,
             moved_squared,
-            sure: sure & (matrix.factors.leading.abs() > least_leading),
+            sure: sure & self.well_led(&matrix),
         })
     }
 }

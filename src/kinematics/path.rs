@@ -18,7 +18,7 @@ use nalgebra::{Matrix6, RealField, Vector6, convert};
 
 use super::{
     excursion::{Excursion, Home, Placed},
-    newton::{Arrival, Pivoting, Stop},
+    newton::{Arrival, Stop},
     six::{Six, dot},
 };
 
@@ -53,14 +53,7 @@ impl<T: RealField + Copy> Home<T> {
             let left = T::one() - aim;
             let on_the_way = *demand - away * left;
             let near_enough = if left > T::zero() { coarse } else { tolerance };
-            let arrival = self.iterate(
-                here,
-                self.radius_squared,
-                &on_the_way,
-                near_enough,
-                Pivoting::Best,
-                budget,
-            );
+            let arrival = self.iterate_pivoting(here, &on_the_way, near_enough, budget);
             match arrival {
                 Ok(arrival) if arrival.determinant * sign > T::zero() => {
                     if left <= T::zero() {
@@ -118,15 +111,8 @@ impl<T: RealField + Copy> Home<T> {
             excursion: here,
             exhausted: stop == Stop::Exhausted,
         };
-        self.iterate(
-            here,
-            self.radius_squared,
-            demand,
-            tolerance,
-            Pivoting::Best,
-            budget,
-        )
-        .map_err(exhausted)
+        self.iterate_pivoting(here, demand, tolerance, budget)
+            .map_err(exhausted)
     }
 
     /// `here` after one step with `damping` relative to the mean square of the jacks' lengths; `here` itself if the

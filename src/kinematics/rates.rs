@@ -170,12 +170,11 @@ fn solve<T: RealField + Copy>(
     pose: &Pose<T>,
     right: Vector6<T>,
 ) -> Result<(Vector3<T>, Vector3<T>), SingularPose> {
-    let solution = jacobian(geometry, pose)
-        .lu()
-        .solve(&right)
-        .ok_or(SingularPose)?;
-    Ok((
-        solution.fixed_rows::<3>(0).into_owned(),
-        solution.fixed_rows::<3>(3).into_owned(),
-    ))
+    match jacobian(geometry, pose).lu().solve(&right) {
+        Some(q) if q.iter().all(T::is_finite) => Ok((
+            Vector3::new(q[0], q[1], q[2]),
+            Vector3::new(q[3], q[4], q[5]),
+        )),
+        _ => Err(SingularPose),
+    }
 }
