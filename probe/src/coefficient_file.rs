@@ -305,7 +305,7 @@ mod tests {
             geometry: "an-74tk-200".try_into().unwrap(),
             geometry_hash: [7; 8],
             unix_s: 1_780_000_000,
-            temperature_c: 31.700_001,
+            temperature_c: 31.7,
             provenance: [9; 32],
             triads: [triad; 3],
         }

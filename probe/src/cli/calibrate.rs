@@ -1,11 +1,11 @@
 //! `hexsense calibrate`: from the plan to the coefficients.
 
 use clap::Args;
-use hexsense::store::{CoefficientSet, TriadCoefficients};
-use hexsense::wire::Identity;
+use hexsense::store::CoefficientSet;
 
 use super::arguments::{Base, Bench, Port};
 use super::session;
+use crate::analysis;
 use crate::analysis::results::{self, Results};
 use crate::campaign::Campaign;
 use crate::coefficient_file;
@@ -57,14 +57,24 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         session::record_all(&mut client, motion.as_mut(), &campaign, &runs, false)?;
         eprintln!("analysing");
-        let analysis = analyse(&campaign, &runs)?;
-        let set = coefficient_set(
-            &campaign,
-            &identity,
-            &runs,
-            analysis.triads,
-            self.bench.unix_s(),
-        )?;
+        let recorded = runs.iter().map(|run| campaign.recorded(run));
+        let recorded = recorded.collect::<Result<Vec<_>, _>>()?;
+        let analysis = results::analyse(&campaign.geometry, &campaign.sensors, &recorded)?;
+        let set = CoefficientSet {
+            board: identity.board,
+            // A geometry file whose name is too long has been refused.
+            geometry: campaign
+                .geometry
+                .name
+                .as_str()
+                .try_into()
+                .unwrap_or_default(),
+            geometry_hash: geometry_hash(&campaign.geometry),
+            unix_s: self.bench.unix_s(),
+            temperature_c: mean_temperature_c(&recorded),
+            provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
+            triads: analysis.triads,
+        };
         campaign.note_results(&analysis.results)?;
         coefficient_file::save(&coefficients, &set)?;
         print!("{}", table(&analysis.results));
@@ -78,49 +88,17 @@ impl Calibrate {
     }
 }
 
-fn analyse(campaign: &Campaign, runs: &[&Run]) -> anyhow::Result<results::Analysis> {
-    let recorded = runs.iter().map(|run| campaign.recorded(run));
-    let recorded = recorded.collect::<Result<Vec<_>, _>>()?;
-    Ok(results::analyse(
-        &campaign.geometry,
-        &campaign.sensors,
-        &recorded,
-    )?)
+/// The part of the geometry file's SHA-256 that a set carries.
+fn geometry_hash(geometry: &GeometryFile) -> [u8; 8] {
+    let mut hash = [0; 8];
+    hash.copy_from_slice(&geometry.hash[..8]);
+    hash
 }
 
-fn coefficient_set(
-    campaign: &Campaign,
-    identity: &Identity,
-    runs: &[&Run],
-    triads: [TriadCoefficients; 3],
-    unix_s: u64,
-) -> anyhow::Result<CoefficientSet> {
-    let (geometry, mut geometry_hash) = (&campaign.geometry, [0; 8]);
-    geometry_hash.copy_from_slice(&geometry.hash[..8]);
-    Ok(CoefficientSet {
-        board: identity.board,
-        // The geometry file was refused if its name is too long.
-        geometry: geometry.name.as_str().try_into().unwrap_or_default(),
-        geometry_hash,
-        unix_s,
-        temperature_c: mean_temperature_c(campaign, runs)?,
-        provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
-        triads,
-    })
-}
-
-fn mean_temperature_c(campaign: &Campaign, runs: &[&Run]) -> anyhow::Result<f32> {
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for run in runs {
-        let capture = campaign.capture(&run.name)?;
-        sum += capture
-            .temperature_c
-            .iter()
-            .map(|degrees| f64::from(*degrees))
-            .sum::<f64>();
-        count += capture.temperature_c.len();
-    }
-    Ok((sum / count.max(1) as f64) as f32)
+fn mean_temperature_c(runs: &[analysis::Run]) -> f32 {
+    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
+    let count = degrees.clone().count().max(1);
+    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
 }
 
 /// The nine channels as a table.

@@ -1,13 +1,17 @@
 //! The link to the board, from the host's side.
 //!
 //! - [`transport`]: bytes through a serial port, a TCP socket, or a virtual board that runs in lockstep.
-//! - [`client`]: questions and answers, and the blocks of samples that come beside them.
+//! - [`lockstep`]: the last of these.
+//! - [`client`]: what the board can be asked.
+//! - `conversation`: how answers find their questions, and what happens when one is lost.
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
 //! ([`hexsense::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
 
 pub mod client;
+mod conversation;
+pub mod lockstep;
 pub mod transport;
 pub mod upload;
 

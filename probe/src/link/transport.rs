@@ -16,14 +16,12 @@ use std::time::{Duration, Instant};
 use hexsense::wire::BAUD;
 use serialport::SerialPort;
 
+use super::lockstep::Lockstep;
+
 /// How long a connection may take to come about.
 const CONNECT: Duration = Duration::from_secs(3);
-/// How long a virtual board may take to run one slice of its time.
-const STALL: Duration = Duration::from_secs(4);
-/// Longest slice of virtual time that is asked for at once.
-const SLICE: Duration = Duration::from_millis(100);
-/// Most bytes that a virtual board holds back in one answer.
-const LONGEST_ANSWER: u32 = 1 << 20;
+/// How long the other end of a socket may take to answer or to take bytes.
+pub(super) const STALL: Duration = Duration::from_secs(4);
 
 /// A way to the board.
 pub trait Transport {
@@ -116,12 +114,7 @@ pub fn open(port: &str) -> Result<Box<dyn Transport>, TransportError> {
     }
     if let Some(address) = port.strip_prefix("lockstep:") {
         let stream = connect(port, address)?;
-        return Ok(Box::new(Lockstep {
-            stream,
-            port: port.to_owned(),
-            outgoing: Vec::new(),
-            now: Duration::ZERO,
-        }));
+        return Ok(Box::new(Lockstep::new(stream, port)));
     }
     let line = serialport::new(port, BAUD)
         .timeout(CONNECT)
@@ -241,86 +234,15 @@ impl<L: Line> Transport for Bytes<L> {
     }
 }
 
-/// A virtual board whose time goes on only inside [`Transport::read`]; see docs/virtual-bench.md.
-struct Lockstep {
-    stream: TcpStream,
-    port: String,
-    outgoing: Vec<u8>,
-    now: Duration,
-}
-
-impl Lockstep {
-    /// Lets the board run for `slice` and returns how many bytes it sent.
-    fn run(&mut self, slice: Duration, into: &mut Vec<u8>) -> io::Result<usize> {
-        let mut request = Vec::with_capacity(8 + self.outgoing.len());
-        // A slice is at most 100 ms and a request at most a few frames.
-        request.extend_from_slice(&(slice.as_micros() as u32).to_le_bytes());
-        request.extend_from_slice(&(self.outgoing.len() as u32).to_le_bytes());
-        request.append(&mut self.outgoing);
-        self.stream.write_all(&request)?;
-        self.stream.set_read_timeout(Some(STALL))?;
-        let mut head = [0; 12];
-        self.stream.read_exact(&mut head)?;
-        let [now, length] = [
-            u64::from_le_bytes(head[..8].try_into().unwrap_or_default()),
-            u64::from(u32::from_le_bytes(head[8..].try_into().unwrap_or_default())),
-        ];
-        if length > u64::from(LONGEST_ANSWER) {
-            return Err(io::Error::new(
-                ErrorKind::InvalidData,
-                format!("an answer of {length} bytes is none"),
-            ));
-        }
-        self.now = Duration::from_micros(now);
-        let start = into.len();
-        into.resize(start + length as usize, 0);
-        self.stream.read_exact(&mut into[start..])?;
-        Ok(length as usize)
-    }
-}
-
-impl Transport for Lockstep {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
-        self.outgoing.extend_from_slice(bytes);
-        Ok(())
-    }
-
-    fn read(&mut self, into: &mut Vec<u8>, timeout: Duration) -> Result<(), TransportError> {
-        let deadline = self.now + timeout.max(Duration::from_micros(1));
-        while self.now < deadline {
-            let slice = (deadline - self.now).min(SLICE);
-            match self.run(slice, into) {
-                Ok(0) => {}
-                Ok(_) => return Ok(()),
-                Err(error) if is_wait(&error) => {
-                    return Err(TransportError::Stalled {
-                        port: self.port.clone(),
-                    });
-                }
-                Err(error) => return Err(failure(&self.port, error)),
-            }
-        }
-        Ok(())
-    }
-
-    fn now(&self) -> Duration {
-        self.now
-    }
-
-    fn port(&self) -> &str {
-        &self.port
-    }
-}
-
 /// Whether an error only says that nothing came in time.
-fn is_wait(error: &io::Error) -> bool {
+pub(super) fn is_wait(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
     )
 }
 
-fn failure(port: &str, reason: io::Error) -> TransportError {
+pub(super) fn failure(port: &str, reason: io::Error) -> TransportError {
     let port = port.to_owned();
     match reason.kind() {
         ErrorKind::UnexpectedEof

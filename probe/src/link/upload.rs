@@ -14,7 +14,8 @@ use hexsense::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense::wire::{Refusal, Request, Response};
 
 use super::LinkError;
-use super::client::{Client, answer_error};
+use super::client::Client;
+use super::conversation::answer_error;
 
 /// How long storing and reading back may take on the board.
 const COMMIT: Duration = Duration::from_millis(2_000);
@@ -73,7 +74,7 @@ impl Client {
 
     fn send_set(&mut self, encoded: &[u8]) -> Result<(), LinkError> {
         let id = CoefficientSet::id_of(encoded);
-        self.command(&Request::UploadBegin {
+        self.conversation.command(&Request::UploadBegin {
             length: encoded.len() as u16,
             id,
         })?;
@@ -84,7 +85,7 @@ impl Client {
                 offset: offset as u16,
                 bytes,
             };
-            match self.command(&request) {
+            match self.conversation.command(&request) {
                 // The piece had arrived and its answer was lost.
                 Err(LinkError::Refused(Refusal::OutOfOrder { expected }))
                     if usize::from(expected) == offset + piece.len() => {}
@@ -97,15 +98,15 @@ impl Client {
     fn commit(&mut self, id: SetId) -> Result<ActiveSet, UploadError> {
         let start = self.now();
         let commit = Request::UploadCommit;
-        match self.ask_once(&commit, COMMIT) {
+        match self.conversation.ask_once(&commit, COMMIT) {
             Ok(Some(Response::Committed(active))) => return Ok(active),
             Ok(Some(_)) => return Err(UploadError::During(answer_error(&commit))),
             Ok(None) => {}
             Err(refused @ LinkError::Refused(_)) => return Err(UploadError::Before(refused)),
             Err(error) => return Err(UploadError::During(error)),
         }
-        let silent = LinkError::from(self.silent(&commit, 1, start));
-        match self.ask_once(&Request::ActiveSet, COMMIT) {
+        let silent = LinkError::from(self.conversation.silent(&commit, 1, start));
+        match self.conversation.ask_once(&Request::ActiveSet, COMMIT) {
             Ok(Some(Response::ActiveSet(Some(active)))) if active.id == id => Ok(active),
             Ok(Some(Response::ActiveSet(_))) => Err(UploadError::Before(silent)),
             Ok(_) => Err(UploadError::During(silent)),

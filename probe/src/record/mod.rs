@@ -11,9 +11,11 @@
 //! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, samples that do not come for 2 s and sums that are
 //! not complete at the end are errors that say what to check.
 
+mod error;
 pub mod jacks;
 pub mod onset;
 pub mod rest;
+mod tape;
 
 use std::time::Duration;
 
@@ -25,14 +27,15 @@ use hexsense::wire::{Drive, HarmonicState, StreamContent};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::campaign::{BoardSums, Campaign, RunRecord};
-use crate::capture::CaptureWriter;
 use crate::files::FileError;
-use crate::link::{Client, LinkError};
-use crate::motion::{Motion, MotionError};
+use crate::link::Client;
+use crate::motion::Motion;
 use crate::plan::Run;
+pub use error::RecordError;
 use jacks::JackMeans;
 use onset::OnsetWatch;
 use rest::{Rest, RestWatch, Unrest};
+use tape::Tape;
 
 /// Scan rate of a campaign, Hz.
 pub const RATE_HZ: u32 = 1_000;
@@ -49,76 +52,6 @@ const AFTER_S: f64 = 1.0;
 const SUM_EARLY_S: f64 = 0.1;
 /// 2⁶⁴: one turn of the board's phase.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
-
-/// Why a run could not be recorded.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// The board or the way to it.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// The motion controller.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// The capture cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The base does not come to rest.
-    #[error(
-        "jack {jack} still moves ({moved_mm:.1} mm in a second) {REST_LIMIT_S} s before run {run} could start; bring \
-         the base home, let it come to rest, and check that this transducer is connected"
-    )]
-    NotAtRest {
-        /// The run.
-        run: String,
-        /// The jack, 1 to 6.
-        jack: usize,
-        /// How far it moved within a second, mm.
-        moved_mm: f64,
-    },
-    /// The base rests somewhere else.
-    #[error(
-        "jack {jack} stands {off_mm:+.1} mm from home before run {run}; bring the base home, and check that geometry \
-         file, sensor file and wiring belong to this base"
-    )]
-    NotAtHome {
-        /// The run.
-        run: String,
-        /// The jack, 1 to 6.
-        jack: usize,
-        /// How far it is off, mm; positive is longer.
-        off_mm: f64,
-    },
-    /// The base did not move.
-    #[error(
-        "no jack has moved within {ONSET_LIMIT_S} s of the start of run {run}; check that the motion controller is \
-         enabled and has the right program, and that the jack transducers are wired to the board"
-    )]
-    NoOnset {
-        /// The run.
-        run: String,
-    },
-    /// The scans began anew.
-    #[error(
-        "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
-         at `hexsense info` for what it reports"
-    )]
-    Restarted {
-        /// Counter of the scan that came.
-        scan: u64,
-        /// Counter that was due.
-        expected: u64,
-    },
-    /// The board's sums are not there.
-    #[error(
-        "the board's harmonic sums of run {run} are {state:?} at its end, not complete; repeat the run"
-    )]
-    Sums {
-        /// The run.
-        run: String,
-        /// How far they are.
-        state: HarmonicState,
-    },
-}
 
 /// Records one run of the campaign into its folder. With `values` the board's calibrated values are recorded too.
 ///
@@ -159,34 +92,6 @@ struct Recording<'a> {
     bar: &'a ProgressBar,
 }
 
-/// What has been written so far.
-struct Tape {
-    writer: CaptureWriter,
-    first_scan: Option<u64>,
-    next_scan: u64,
-    scans: u64,
-}
-
-impl Tape {
-    fn push(&mut self, block: &Block) -> Result<(), RecordError> {
-        let scan = block.header.first_scan;
-        if scan < self.next_scan {
-            return Err(RecordError::Restarted {
-                scan,
-                expected: self.next_scan,
-            });
-        }
-        self.first_scan.get_or_insert(scan);
-        self.next_scan = scan + BLOCK as u64;
-        self.scans += BLOCK as u64;
-        Ok(self.writer.push(block)?)
-    }
-
-    fn lost(&self) -> u64 {
-        self.next_scan - self.first_scan.unwrap_or(self.next_scan) - self.scans
-    }
-}
-
 impl Recording<'_> {
     fn record(&mut self) -> Result<RunRecord, RecordError> {
         let moves = self.run.rest_s.is_none();
@@ -216,8 +121,7 @@ impl Recording<'_> {
         self.follow(&mut tape, onset_scan)?;
         self.client.stream(StreamContent::default())?;
         let board_sums = drive.map(|drive| self.sums(drive)).transpose()?;
-        let (scans, scans_lost) = (tape.scans, tape.lost());
-        tape.writer.finish()?;
+        let (scans, scans_lost) = tape.finish()?;
         let record = RunRecord {
             run: self.run.name.clone(),
             program_sha256: self.campaign.program_hash(self.run),
@@ -242,7 +146,7 @@ impl Recording<'_> {
             match watch.learn(&block, jacks) {
                 Ok(Some(rest)) => return Ok(rest),
                 Ok(None) => {}
-                Err(unrest) if tape.next_scan >= limit => return Err(self.restless(unrest)),
+                Err(unrest) if tape.next_scan() >= limit => return Err(self.restless(unrest)),
                 Err(_) => {
                     self.bar
                         .set_message("waiting for the base to come to rest at home");
@@ -279,8 +183,8 @@ impl Recording<'_> {
         self.motion
             .start(&self.run.name, &self.campaign.program_path(self.run))?;
         self.bar.set_message("waiting for the base to move");
-        let limit = tape.next_scan + (ONSET_LIMIT_S * f64::from(RATE_HZ)) as u64;
-        while tape.next_scan < limit {
+        let limit = tape.next_scan() + (ONSET_LIMIT_S * f64::from(RATE_HZ)) as u64;
+        while tape.next_scan() < limit {
             let block = self.take(tape)?;
             if let Some(onset) = watch.watch(&block, jacks) {
                 return Ok(onset);
@@ -302,7 +206,7 @@ impl Recording<'_> {
     ) -> Result<Drive, RecordError> {
         let rate = f64::from(RATE_HZ);
         let blocks = |scans: f64| (scans / BLOCK as f64).round() as u32;
-        let settle = onset as f64 + start_s * rate - tape.next_scan as f64;
+        let settle = onset as f64 + start_s * rate - tape.next_scan() as f64;
         let drive = Drive {
             increment: (frequency_hz / rate * TURN) as u64,
             settle_blocks: blocks(settle.max(0.0)),
@@ -317,26 +221,19 @@ impl Recording<'_> {
         let scans = |seconds: f64| (seconds * f64::from(RATE_HZ)) as u64;
         let (start, length) = match onset_scan {
             Some(onset) => (onset, scans(self.run.duration_s() + AFTER_S)),
-            None => (tape.next_scan, scans(self.run.duration_s())),
+            None => (tape.next_scan(), scans(self.run.duration_s())),
         };
         self.bar.set_message("");
-        while tape.next_scan < start + length {
+        while tape.next_scan() < start + length {
             self.take(tape)?;
-            let done = tape.next_scan.saturating_sub(start);
+            let done = tape.next_scan().saturating_sub(start);
             self.bar.set_position(done * 1000 / u64::from(RATE_HZ));
         }
         Ok(())
     }
 
-    /// An empty tape in the place of whatever was recorded of this run.
     fn tape(&self) -> Result<Tape, FileError> {
-        let path = self.campaign.capture_path(&self.run.name);
-        Ok(Tape {
-            writer: CaptureWriter::create(&path, self.values)?,
-            first_scan: None,
-            next_scan: 0,
-            scans: 0,
-        })
+        Tape::create(&self.campaign.capture_path(&self.run.name), self.values)
     }
 
     fn take(&mut self, tape: &mut Tape) -> Result<Block, RecordError> {

@@ -1,0 +1,42 @@
+//! Why there is no campaign to work with.
+
+use crate::files::FileError;
+use crate::geometry_file::GeometryFileError;
+use crate::plan::limits::BeyondLimit;
+
+/// Why there is no campaign to work with.
+#[derive(Debug, thiserror::Error)]
+pub enum CampaignError {
+    /// A file cannot be used.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The copy of the geometry file cannot be used.
+    #[error(transparent)]
+    Geometry(#[from] GeometryFileError),
+    /// The base cannot make a movement.
+    #[error("{file}: {reason}")]
+    Limits {
+        /// The plan.
+        file: String,
+        /// The movement and its limit.
+        reason: BeyondLimit,
+    },
+    /// The folder belongs to something else.
+    #[error("{folder} holds a campaign with {what}; choose another folder for this one")]
+    Other {
+        /// The folder.
+        folder: String,
+        /// What differs.
+        what: String,
+    },
+    /// A run is missing.
+    #[error("{folder} holds no recording of run {run}; record it with `hexsense {command}`")]
+    NotRecorded {
+        /// The folder.
+        folder: String,
+        /// The run.
+        run: String,
+        /// The command that records it.
+        command: &'static str,
+    },
+}

@@ -1,0 +1,242 @@
+//! What a campaign notes: the board, each run, and the results.
+//!
+//! Everything is JSON, written whole or not at all. A run's note is written last, and with it the run is recorded.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::ChannelSums;
+use hexsense::wire::Drive;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::{Campaign, CampaignError, other};
+use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
+use crate::capture::Capture;
+use crate::files::{self, FileError};
+use crate::plan::{Purpose, Run};
+
+/// What was read from the board before the first run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoardRecord {
+    /// Unique id of the microcontroller, in hexadecimal digits.
+    pub board: String,
+    /// Name of the board and chip.
+    pub hardware: String,
+    /// Version of the firmware.
+    pub firmware: String,
+    /// Version of the wire.
+    pub wire: u16,
+}
+
+/// What is known of a run beside its scans.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Name of the run.
+    pub run: String,
+    /// SHA-256 of the jack program that was run.
+    pub program_sha256: String,
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
+    /// Scan at which the program seems to have started, to a tenth of a second; `None` for a rest.
+    pub onset_scan: Option<u64>,
+    /// Scans in the capture.
+    pub scans: u64,
+    /// Scans that are missing between the first and the last.
+    pub scans_lost: u64,
+    /// Sums that the board kept at the drive frequency, for runs of a single sine.
+    pub board_sums: Option<BoardSums>,
+}
+
+/// Harmonic sums as the board kept them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoardSums {
+    /// Frequency and window.
+    pub drive: Drive,
+    /// Counter of the first scan in the sums.
+    pub first_scan: u64,
+    /// Sums of each channel, in the order of a scan.
+    pub channels: [ChannelSums; CHANNELS],
+}
+
+impl Campaign {
+    /// Whether the campaign was begun with this board, or with none yet.
+    ///
+    /// # Errors
+    /// [`CampaignError::Other`] for another board, [`CampaignError::File`].
+    pub fn check_board(&self, board: &BoardRecord) -> Result<(), CampaignError> {
+        if !self.folder.join("board.json").exists() {
+            return Ok(());
+        }
+        let noted = self.board()?.board;
+        if noted == board.board {
+            Ok(())
+        } else {
+            let what = format!("board {noted}, not with board {}", board.board);
+            Err(other(&self.folder, &what))
+        }
+    }
+
+    /// Notes what was read from the board.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_board(&self, board: &BoardRecord) -> Result<(), FileError> {
+        write_json(&self.folder.join("board.json"), board)
+    }
+
+    /// What was noted of the board.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn board(&self) -> Result<BoardRecord, FileError> {
+        read_json(&self.folder.join("board.json"))
+    }
+
+    /// Writes the results of the calibration.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_results(&self, results: &Results) -> Result<(), FileError> {
+        write_json(&self.folder.join("results.json"), results)
+    }
+
+    /// The results of the calibration.
+    ///
+    /// # Errors
+    /// [`FileError`], also when there are none yet.
+    pub fn results(&self) -> Result<Results, FileError> {
+        read_json(&self.folder.join("results.json"))
+    }
+
+    /// Writes how the held-out movement came out.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_verdicts(&self, verdicts: &[ChannelVerdict]) -> Result<(), FileError> {
+        write_json(&self.folder.join("verification.json"), &verdicts)
+    }
+
+    /// Length of everything that is recorded, s: what passes at least between the first run and the last.
+    ///
+    /// # Errors
+    /// Those of [`Campaign::record`].
+    pub fn recorded_s(&self) -> Result<f64, CampaignError> {
+        let mut seconds = 0.0;
+        for run in self
+            .plan
+            .runs
+            .iter()
+            .filter(|run| self.is_recorded(&run.name))
+        {
+            let record = self.record(&run.name)?;
+            seconds += (record.scans + record.scans_lost) as f64 / f64::from(record.rate_hz);
+        }
+        Ok(seconds)
+    }
+
+    /// Whether a run is completely recorded.
+    #[must_use]
+    pub fn is_recorded(&self, run: &str) -> bool {
+        self.record_path(run).exists() && self.capture_path(run).exists()
+    }
+
+    /// Scans of a run.
+    ///
+    /// # Errors
+    /// [`CampaignError::NotRecorded`] and [`CampaignError::File`].
+    pub fn capture(&self, run: &str) -> Result<Capture, CampaignError> {
+        self.require(run)?;
+        Ok(Capture::load(&self.capture_path(run))?)
+    }
+
+    /// A run with its scans, for the analysis.
+    ///
+    /// # Errors
+    /// Those of [`Campaign::capture`] and [`Campaign::record`].
+    pub fn recorded(&self, run: &Run) -> Result<analysis::Run, CampaignError> {
+        Ok(analysis::Run {
+            name: run.name.clone(),
+            program: run.program(),
+            capture: self.capture(&run.name)?,
+            rate_hz: self.record(&run.name)?.rate_hz,
+        })
+    }
+
+    /// What is known of a run beside its scans.
+    ///
+    /// # Errors
+    /// [`CampaignError::NotRecorded`], [`CampaignError::File`], and [`CampaignError::Other`] for a run recorded with
+    /// another program than the plan has now.
+    pub fn record(&self, run: &str) -> Result<RunRecord, CampaignError> {
+        self.require(run)?;
+        let record: RunRecord = read_json(&self.record_path(run))?;
+        let planned = self.plan.run(run).map(|run| self.program_hash(run));
+        if planned.as_ref() != Some(&record.program_sha256) {
+            return Err(other(
+                &self.folder,
+                &format!("run {run} recorded before its plan was changed"),
+            ));
+        }
+        Ok(record)
+    }
+
+    /// Completes a run: from now on it counts as recorded.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_run(&self, record: &RunRecord) -> Result<(), FileError> {
+        write_json(&self.record_path(&record.run), record)
+    }
+
+    /// Makes a run count as not recorded.
+    ///
+    /// # Errors
+    /// [`FileError::Write`].
+    pub fn forget(&self, run: &str) -> Result<(), FileError> {
+        let path = self.record_path(run);
+        match fs::remove_file(&path) {
+            Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
+                file: path.display().to_string(),
+                reason,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    fn record_path(&self, run: &str) -> PathBuf {
+        self.folder.join("captures").join(format!("{run}.json"))
+    }
+
+    fn require(&self, run: &str) -> Result<(), CampaignError> {
+        if self.is_recorded(run) {
+            return Ok(());
+        }
+        let verify = self
+            .plan
+            .run(run)
+            .is_some_and(|run| run.purpose == Purpose::Verify);
+        Err(CampaignError::NotRecorded {
+            folder: self.folder.display().to_string(),
+            run: run.to_owned(),
+            command: if verify { "verify" } else { "calibrate" },
+        })
+    }
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
+    serde_json::from_str(&files::read(path)?).map_err(|error| FileError::Syntax {
+        file: path.display().to_string(),
+        problem: error.to_string(),
+    })
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| FileError::Write {
+        file: path.display().to_string(),
+        reason: error.into(),
+    })?;
+    files::replace(path, &(text + "\n"))
+}

@@ -1,0 +1,259 @@
+//! How answers find their questions, beside the blocks of samples that come by themselves.
+//!
+//! Every request carries a number that its answer repeats, so an answer that comes too late is not taken for another
+//! one's. A request is asked again when its answer is lost: all but the commit of an upload (see [`super::upload`])
+//! may safely be carried out twice.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use hexsense::wire::frame::{self, Closed, Deframer};
+use hexsense::wire::hello::Greeting;
+use hexsense::wire::message::{decode_response, encode_request};
+use hexsense::wire::telemetry::{self, Block};
+use hexsense::wire::{Kind, MAX_FRAME, Refusal, Request, Response, VERSION};
+
+use super::{LinkError, ProtocolError, Transport};
+
+/// How often a request is asked.
+const ATTEMPTS: u32 = 3;
+/// How long an answer may take.
+const ANSWER: Duration = Duration::from_millis(1_000);
+/// Pause before a busy board is asked again.
+const BUSY_PAUSE: Duration = Duration::from_millis(20);
+/// Blocks that wait at most; older ones are dropped when nobody takes them.
+const MOST_BLOCKS: usize = 4_096;
+
+/// A transport with everything that has come through it and was not taken yet.
+pub struct Conversation {
+    transport: Box<dyn Transport>,
+    deframer: Box<Deframer<MAX_FRAME>>,
+    received: Vec<u8>,
+    sequence: u16,
+    greeting: Option<Greeting>,
+    answers: VecDeque<(u16, Option<Response>)>,
+    blocks: VecDeque<Block>,
+}
+
+impl Conversation {
+    /// A conversation in which nothing has been said yet.
+    pub fn new(transport: Box<dyn Transport>) -> Self {
+        Self {
+            transport,
+            deframer: Box::default(),
+            received: Vec::new(),
+            sequence: 0,
+            greeting: None,
+            answers: VecDeque::new(),
+            blocks: VecDeque::new(),
+        }
+    }
+
+    /// Makes sure that a board of our version is at the other end, and returns what it says of itself.
+    pub fn greet(&mut self) -> Result<Greeting, LinkError> {
+        let start = self.transport.now();
+        for _ in 0..ATTEMPTS {
+            let mut bytes = [0; MAX_FRAME];
+            let sequence = self.next_sequence();
+            let length = frame::encode(Kind::Hello, sequence, &mut bytes, |_| Some(0)).unwrap_or(0);
+            // The zero closes whatever half a frame the board may still hold.
+            self.transport.write(&[0])?;
+            self.transport.write(&bytes[..length])?;
+            let deadline = self.transport.now() + ANSWER;
+            while self.transport.now() < deadline {
+                self.receive(deadline)?;
+                match self.greeting {
+                    Some(greeting) if greeting.wire == VERSION => return Ok(greeting),
+                    Some(Greeting {
+                        wire: board,
+                        firmware,
+                    }) => {
+                        return Err(ProtocolError::Version { board, firmware }.into());
+                    }
+                    None => {}
+                }
+            }
+        }
+        Err(ProtocolError::NoGreeting {
+            port: self.transport.port().to_owned(),
+            waited_ms: self.waited_ms(start),
+        }
+        .into())
+    }
+
+    /// Time by the clock of the transport.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        self.transport.now()
+    }
+
+    /// The next block of samples, waiting at most for `timeout`.
+    ///
+    /// # Errors
+    /// [`ProtocolError::NoSamples`] when none comes, and what the line does.
+    pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
+        let start = self.transport.now();
+        let deadline = start + timeout;
+        loop {
+            if let Some(block) = self.blocks.pop_front() {
+                return Ok(block);
+            }
+            if self.transport.now() >= deadline {
+                let port = self.transport.port().to_owned();
+                return Err(ProtocolError::NoSamples {
+                    port,
+                    waited_ms: self.waited_ms(start),
+                }
+                .into());
+            }
+            self.receive(deadline)?;
+        }
+    }
+
+    /// Forgets the blocks that wait.
+    pub fn forget_blocks(&mut self) {
+        self.blocks.clear();
+    }
+
+    /// Asks for something that is answered by [`Response::Done`].
+    pub fn command(&mut self, request: &Request) -> Result<(), LinkError> {
+        match self.ask(request)? {
+            Response::Done => Ok(()),
+            _ => Err(answer_error(request)),
+        }
+    }
+
+    /// Asks up to [`ATTEMPTS`] times.
+    pub fn ask(&mut self, request: &Request) -> Result<Response, LinkError> {
+        let start = self.transport.now();
+        for _ in 0..ATTEMPTS {
+            if let Some(response) = self.ask_once(request, ANSWER)? {
+                return Ok(response);
+            }
+        }
+        Err(self.silent(request, ATTEMPTS, start).into())
+    }
+
+    /// Asks once and waits for `timeout`; `None` when no answer came.
+    pub fn ask_once(
+        &mut self,
+        request: &Request,
+        timeout: Duration,
+    ) -> Result<Option<Response>, LinkError> {
+        let deadline = self.transport.now() + timeout;
+        let mut sequence = self.send(request)?;
+        while self.transport.now() < deadline {
+            match self.answer_to(sequence, request)? {
+                Some(Response::Refused(Refusal::Busy)) => {
+                    let resume = self.transport.now() + BUSY_PAUSE;
+                    while self.transport.now() < resume {
+                        self.receive(resume)?;
+                    }
+                    sequence = self.send(request)?;
+                }
+                Some(Response::Refused(refusal)) => return Err(refusal.into()),
+                Some(response) => return Ok(Some(response)),
+                None => self.receive(deadline)?,
+            }
+        }
+        Ok(None)
+    }
+
+    pub fn silent(&self, request: &Request, attempts: u32, start: Duration) -> ProtocolError {
+        ProtocolError::Silent {
+            port: self.transport.port().to_owned(),
+            request: name(request),
+            attempts,
+            waited_ms: self.waited_ms(start),
+        }
+    }
+
+    fn send(&mut self, request: &Request) -> Result<u16, LinkError> {
+        let sequence = self.next_sequence();
+        let mut bytes = [0; MAX_FRAME];
+        // Every request is far shorter than the longest frame.
+        let length = encode_request(request, sequence, &mut bytes).unwrap_or(0);
+        self.transport.write(&bytes[..length])?;
+        Ok(sequence)
+    }
+
+    /// The answer with this number, if it has come; others are forgotten.
+    fn answer_to(
+        &mut self,
+        sequence: u16,
+        request: &Request,
+    ) -> Result<Option<Response>, LinkError> {
+        while let Some((number, response)) = self.answers.pop_front() {
+            if number == sequence {
+                return response.map(Some).ok_or_else(|| answer_error(request));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Waits for bytes until `deadline` at most and sorts the frames in them.
+    fn receive(&mut self, deadline: Duration) -> Result<(), LinkError> {
+        let timeout = deadline.saturating_sub(self.transport.now());
+        self.received.clear();
+        self.transport.read(&mut self.received, timeout)?;
+        for byte in &self.received {
+            let frame = match self.deframer.push(*byte) {
+                None => continue,
+                Some(Closed::Overlong) => None,
+                Some(Closed::Frame(bytes)) => frame::decode(bytes).ok(),
+            };
+            match frame.map(|frame| (frame.kind, frame)) {
+                Some((Kind::Greeting, frame)) => {
+                    self.greeting = Greeting::decode(frame.payload).or(self.greeting);
+                }
+                Some((Kind::Response, frame)) => {
+                    self.answers
+                        .push_back((frame.sequence, decode_response(frame.payload)));
+                }
+                Some((Kind::Block, frame)) => {
+                    self.blocks.extend(telemetry::decode(frame.payload));
+                }
+                // What is damaged is asked for again, or is a gap in the scan counters.
+                Some((Kind::Hello | Kind::Request, _)) | None => {}
+            }
+        }
+        let excess = self.blocks.len().saturating_sub(MOST_BLOCKS);
+        self.blocks.drain(..excess);
+        Ok(())
+    }
+
+    fn next_sequence(&mut self) -> u16 {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.sequence
+    }
+
+    fn waited_ms(&self, start: Duration) -> u64 {
+        (self.transport.now() - start).as_millis() as u64
+    }
+}
+
+/// The answer to `request` is not one.
+pub fn answer_error(request: &Request) -> LinkError {
+    ProtocolError::Answer {
+        request: name(request),
+    }
+    .into()
+}
+
+/// What a request is called in messages.
+fn name(request: &Request) -> &'static str {
+    match request {
+        Request::Identity => "identity",
+        Request::Status => "status",
+        Request::Stream(_) => "stream",
+        Request::Rate(_) => "scan rate",
+        Request::Drive(_) => "drive frequency",
+        Request::Harmonics { .. } => "harmonic sums",
+        Request::ActiveSet => "active set",
+        Request::ReadSet { .. } => "bytes of the set",
+        Request::UploadBegin { .. } => "begin of an upload",
+        Request::UploadChunk { .. } => "piece of an upload",
+        Request::UploadCommit => "commit of an upload",
+        Request::UploadAbort => "end of an upload",
+    }
+}

@@ -1,0 +1,78 @@
+//! Why a run could not be recorded.
+
+use hexsense::wire::HarmonicState;
+
+use super::{ONSET_LIMIT_S, REST_LIMIT_S};
+use crate::files::FileError;
+use crate::link::LinkError;
+use crate::motion::MotionError;
+
+/// Why a run could not be recorded.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The board or the way to it.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The motion controller.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The capture cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The base does not come to rest.
+    #[error(
+        "jack {jack} still moves ({moved_mm:.1} mm in a second) {REST_LIMIT_S} s before run {run} could start; bring \
+         the base home, let it come to rest, and check that this transducer is connected"
+    )]
+    NotAtRest {
+        /// The run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it moved within a second, mm.
+        moved_mm: f64,
+    },
+    /// The base rests somewhere else.
+    #[error(
+        "jack {jack} stands {off_mm:+.1} mm from home before run {run}; bring the base home, and check that geometry \
+         file, sensor file and wiring belong to this base"
+    )]
+    NotAtHome {
+        /// The run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// How far it is off, mm; positive is longer.
+        off_mm: f64,
+    },
+    /// The base did not move.
+    #[error(
+        "no jack has moved within {ONSET_LIMIT_S} s of the start of run {run}; check that the motion controller is \
+         enabled and has the right program, and that the jack transducers are wired to the board"
+    )]
+    NoOnset {
+        /// The run.
+        run: String,
+    },
+    /// The scans began anew.
+    #[error(
+        "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
+         at `hexsense info` for what it reports"
+    )]
+    Restarted {
+        /// Counter of the scan that came.
+        scan: u64,
+        /// Counter that was due.
+        expected: u64,
+    },
+    /// The board's sums are not there.
+    #[error(
+        "the board's harmonic sums of run {run} are {state:?} at its end, not complete; repeat the run"
+    )]
+    Sums {
+        /// The run.
+        run: String,
+        /// How far they are.
+        state: HarmonicState,
+    },
+}
