@@ -9,6 +9,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+/// Least part of a column, in squares, that the other columns must leave unexplained for it to be determined: well
+/// above what rounding leaves of nothing.
+const LEAST_UNEXPLAINED: f64 = 1e-12;
+
 /// Normal equations of a fit with `P` unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations<const P: usize> {
@@ -54,7 +58,16 @@ impl<const P: usize> NormalEquations<P> {
     /// Solves for the unknowns; `None` when the rows do not determine them all.
     #[must_use]
     pub fn solve(&self) -> Option<Solution<P>> {
-        let cofactors = self.gram.cholesky()?.inverse();
+        let cholesky = self.gram.cholesky()?;
+        let pivots = cholesky.l_dirty().diagonal();
+        let determined = pivots
+            .iter()
+            .zip(self.gram.diagonal().iter())
+            .all(|(pivot, square)| pivot * pivot > LEAST_UNEXPLAINED * square);
+        if !determined {
+            return None;
+        }
+        let cofactors = cholesky.inverse();
         let unknowns = cofactors * self.moment;
         if !unknowns.iter().all(|unknown| unknown.is_finite()) {
             return None;
