@@ -20,12 +20,16 @@ use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 
 use super::AXES;
 use crate::least_squares::{NormalEquations, Solution};
+use crate::store::record::is_singular;
 
 /// Runs with holds: one along pitch, one along roll.
 pub const HOLD_RUNS: usize = 2;
 /// Unknowns of a row: three sensitivities and an offset for each run with holds.
 const UNKNOWNS: usize = AXES + HOLD_RUNS;
 type Row = SVector<f64, UNKNOWNS>;
+/// Most rounds in which the delay is refined, and the change at which it is left as it is.
+const DELAY_ROUNDS: usize = 20;
+const SETTLED_DELAY_S: f64 = 1e-12;
 
 /// Means over one hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,12 +112,19 @@ pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<Tri
     }
     let mut delay_s = 0.0;
     let mut rows = fit_rows(holds, sines, noise, delay_s)?;
-    // The phase that is left does not depend on the delay assumed, up to the real part taken: three rounds settle it.
-    for _ in 0..3 {
-        delay_s += remaining_delay(sines, &sensitivity(&rows), delay_s);
+    // A wrong delay is partly taken up by the sensitivities, so that each round leaves a few per cent of it.
+    for _ in 0..DELAY_ROUNDS {
+        let remaining = remaining_delay(sines, &sensitivity(&rows), delay_s);
+        delay_s += remaining;
         rows = fit_rows(holds, sines, noise, delay_s)?;
+        if remaining.abs() < SETTLED_DELAY_S {
+            break;
+        }
     }
     let sensitivity = sensitivity(&rows);
+    if is_singular(&sensitivity) {
+        return Err(TriadError::Singular);
+    }
     let matrix = sensitivity.try_inverse().ok_or(TriadError::Singular)?;
     let row_covariance =
         core::array::from_fn(|sensor| row_covariance(sensor, &rows[sensor], holds, sines, noise));
@@ -208,9 +219,11 @@ fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
     1.0 / (white + noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s)
 }
 
-/// 1/variance of the real or imaginary part of an amplitude estimated over T: density²/T.
+/// 1/variance of the real or imaginary part of an amplitude estimated over T: the density of all noise at the drive
+/// frequency, squared, over T. A walk has the density √2·walk/ω there.
 fn sine_weight(sine: &SineRun, sensor: usize, noise: &Noise) -> f64 {
-    sine.length_s / (noise.density[sensor] * noise.density[sensor])
+    let walk = noise.walk[sensor] / sine.omega;
+    sine.length_s / (noise.density[sensor] * noise.density[sensor] + 2.0 * walk * walk)
 }
 
 /// Delay by which the sensors still lag behind the fitted sensitivity.

@@ -10,6 +10,7 @@
 use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -190,12 +191,17 @@ impl TriadCoefficients {
         {
             return Err(RecordError::NotFinite { triad });
         }
-        let matrix = nalgebra::Matrix3::from_fn(|row, column| f64::from(self.matrix[row][column]));
-        let scale = matrix.norm();
-        // Sensors a few degrees off their axes have |det| near (norm/√3)³; a thousandth of that is no triad any more.
-        if matrix.determinant().abs() <= 1e-4 * scale * scale * scale || scale == 0.0 {
+        let matrix = Matrix3::from_fn(|row, column| f64::from(self.matrix[row][column]));
+        if is_singular(&matrix) {
             return Err(RecordError::Singular { triad });
         }
         Ok(())
     }
+}
+
+/// Whether a triad with this matrix, or with this inverse of it, cannot tell three axes apart. Sensors a few degrees
+/// off their axes have |det| near (norm/√3)³; a thousandth of that is no triad any more.
+pub(crate) fn is_singular(matrix: &Matrix3<f64>) -> bool {
+    let scale = matrix.norm();
+    matrix.determinant().abs() <= 1e-4 * scale * scale * scale
 }

@@ -13,8 +13,11 @@ fn encoded(request: &Request, sequence: u16) -> Vec<u8> {
     out[..length].to_vec()
 }
 
+/// Kind, sequence number and payload of a frame.
+type Whole = (Kind, u16, Vec<u8>);
+
 /// Everything that a receiver gets out of a stream of bytes.
-fn received<const N: usize>(stream: &[u8]) -> Vec<Result<(Kind, u16, Vec<u8>), Damage>> {
+fn received<const N: usize>(stream: &[u8]) -> Vec<Result<Whole, Damage>> {
     let mut deframer = Deframer::<N>::default();
     let close = |byte: &u8| {
         Some(match deframer.push(*byte)? {
@@ -25,7 +28,7 @@ fn received<const N: usize>(stream: &[u8]) -> Vec<Result<(Kind, u16, Vec<u8>), D
     stream.iter().filter_map(close).collect()
 }
 
-fn own(frame: Frame) -> (Kind, u16, Vec<u8>) {
+fn own(frame: Frame) -> Whole {
     (frame.kind, frame.sequence, frame.payload.to_vec())
 }
 

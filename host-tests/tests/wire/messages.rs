@@ -63,8 +63,7 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
         Just(Refusal::Drive),
         any::<u8>().prop_map(|channel| Refusal::Channel { channel }),
         Just(Refusal::NoSet),
-        two.clone()
-            .prop_map(|(offset, length)| Refusal::Offset { offset, length }),
+        two.prop_map(|(offset, length)| Refusal::Offset { offset, length }),
         Just(Refusal::NoUpload),
         two.prop_map(|(length, limit)| Refusal::Length { length, limit }),
         any::<u16>().prop_map(|expected| Refusal::OutOfOrder { expected }),
