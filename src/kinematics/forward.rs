@@ -28,7 +28,7 @@ use super::{
     inverse::inverse,
     jacobian::{condition, jacobian},
     newton::{Arrival, Pivoting},
-    path::Stuck,
+    path::{End, Stuck},
     pose::Pose,
     six::Six,
 };
@@ -304,15 +304,14 @@ impl<T: RealField + Copy> Solver<T> {
         let there = inverse(&self.geometry, &pose);
         let short_m = (Six(*lengths) - Six(there)).largest();
         let (condition, limit) = (self.condition(&pose), self.options.max_condition);
-        if stuck.exhausted {
-            ForwardError::NoConvergence {
-                iterations: self.options.max_iterations,
+        let iterations = self.options.max_iterations;
+        match stuck.end {
+            End::Exhausted => ForwardError::NoConvergence {
+                iterations,
                 short_m,
-            }
-        } else if condition > limit {
-            ForwardError::Singular { condition, limit }
-        } else {
-            ForwardError::Unreachable { short_m }
+            },
+            End::AtStart if condition > limit => ForwardError::Singular { condition, limit },
+            End::AtStart | End::OnTheWay => ForwardError::Unreachable { short_m },
         }
     }
 

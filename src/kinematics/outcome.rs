@@ -84,7 +84,7 @@ pub enum ForwardError<T: RealField + Copy> {
         /// The greatest length, m.
         length_max_m: T,
     },
-    /// The Jacobian is singular, or nearly, at the solution or where the way to it ended.
+    /// The Jacobian is singular, or nearly, at the solution or at the start.
     #[error("the Jacobian is singular: its condition number is {condition}, the limit {limit}")]
     Singular {
         /// Condition number.

@@ -22,13 +22,24 @@ use super::{
     six::{Six, dot},
 };
 
-/// Why neither way led to a pose.
+/// A way that led to no pose.
 #[derive(Clone, Copy)]
 pub(super) struct Stuck<T> {
     /// Where it ended.
     pub excursion: Excursion<T>,
-    /// Whether it ended for want of iterations.
-    pub exhausted: bool,
+    /// Why.
+    pub end: End,
+}
+
+/// Why a way ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// The budget of iterations is spent.
+    Exhausted,
+    /// Not even the first step could be made.
+    AtStart,
+    /// No step led on.
+    OnTheWay,
 }
 
 impl<T: RealField + Copy> Home<T> {
@@ -67,10 +78,14 @@ impl<T: RealField + Copy> Home<T> {
                     step *= convert(0.25)
                 }
                 arrival => {
-                    let exhausted = matches!(arrival, Err(Stop::Exhausted));
+                    let end = match arrival {
+                        Err(Stop::Exhausted) => End::Exhausted,
+                        _ if done > T::zero() => End::OnTheWay,
+                        _ => End::AtStart,
+                    };
                     return Err(Stuck {
                         excursion: here,
-                        exhausted,
+                        end,
                     });
                 }
             }
@@ -91,11 +106,11 @@ impl<T: RealField + Copy> Home<T> {
         let (mut placed, mut residuals) = self.place(&here, demand);
         let mut damping: T = convert(1e-3);
         while residuals.largest() > tolerance {
-            let stuck = |exhausted| Stuck {
+            let stuck = |end| Stuck {
                 excursion: here,
-                exhausted,
+                end,
             };
-            *budget = budget.checked_sub(1).ok_or(stuck(true))?;
+            *budget = budget.checked_sub(1).ok_or(stuck(End::Exhausted))?;
             let next = self.damped(&here, &placed, &residuals, damping);
             let (next_placed, next_residuals) = self.place(&next, demand);
             if (next_residuals * next_residuals).sum() < (residuals * residuals).sum() {
@@ -104,15 +119,18 @@ impl<T: RealField + Copy> Home<T> {
             } else if damping < convert(1e6) {
                 damping *= convert(10.0);
             } else {
-                return Err(stuck(false));
+                return Err(stuck(End::OnTheWay));
             }
         }
-        let exhausted = |stop| Stuck {
-            excursion: here,
-            exhausted: stop == Stop::Exhausted,
+        let end = |stop| match stop {
+            Stop::Exhausted => End::Exhausted,
+            Stop::NotContracting => End::OnTheWay,
         };
         self.iterate_pivoting(here, demand, tolerance, budget)
-            .map_err(exhausted)
+            .map_err(|stop| Stuck {
+                excursion: here,
+                end: end(stop),
+            })
     }
 
     /// `here` after one step with `damping` relative to the mean square of the jacks' lengths; `here` itself if the
