@@ -46,8 +46,17 @@ impl Laboratory {
     pub fn new(seed: u64, base: &GeometryFile) -> Self {
         let mut bench = Bench::new(seed, &base.text).expect("a usable geometry");
         let mut rows = [Vec::new(), Vec::new()];
-        bench.next_chunk(&mut rows[0], |_| ()).expect("a base at rest");
-        Self { bench, base: base.clone(), noise: ChaCha8Rng::seed_from_u64(seed), rows, chunk: 0, scan: 0 }
+        bench
+            .next_chunk(&mut rows[0], |_| ())
+            .expect("a base at rest");
+        Self {
+            bench,
+            base: base.clone(),
+            noise: ChaCha8Rng::seed_from_u64(seed),
+            rows,
+            chunk: 0,
+            scan: 0,
+        }
     }
 
     /// Records a run: tells the controller, and scans until it must be over.
@@ -63,17 +72,30 @@ impl Laboratory {
         for _ in 0..scans {
             self.scan_once(&mut capture);
         }
-        Run { name: name.to_owned(), program: program.clone(), capture, rate_hz: RATE_HZ }
+        Run {
+            name: name.to_owned(),
+            program: program.clone(),
+            capture,
+            rate_hz: RATE_HZ,
+        }
     }
 
     fn start(&mut self, name: &str, program: &Program) {
         let geometry = &self.base.geometry;
         let rows = (program.duration_s() / PROGRAM_PERIOD_S).ceil() as usize;
         let rows = (0..=rows)
-            .map(|row| displacements(geometry, &program.pose(geometry, row as f64 * PROGRAM_PERIOD_S)))
+            .map(|row| {
+                displacements(
+                    geometry,
+                    &program.pose(geometry, row as f64 * PROGRAM_PERIOD_S),
+                )
+            })
             .collect();
-        let program = twin::Program::new(PROGRAM_PERIOD_S, rows).expect("a program with an even period");
-        self.bench.run(name, program).expect("a program inside the stroke");
+        let program =
+            twin::Program::new(PROGRAM_PERIOD_S, rows).expect("a program with an even period");
+        self.bench
+            .run(name, program)
+            .expect("a program inside the stroke");
     }
 
     fn scan_once(&mut self, capture: &mut Capture) {
@@ -86,13 +108,18 @@ impl Laboratory {
             let volts = self.at(trigger_s + instant_s(channel), channel);
             let noise: f64 = StandardNormal.sample(&mut self.noise);
             // Sixteen conversions: the noise of a sum is four times that of one.
-            let codes = 16.0 * (volts / supply_v * 4096.0 * (1.0 + adc.gain_error) + adc.offset_lsb);
-            *count = (codes + 4.0 * adc.noise_lsb * noise).round().clamp(0.0, 65_520.0) as u16;
+            let codes =
+                16.0 * (volts / supply_v * 4096.0 * (1.0 + adc.gain_error) + adc.offset_lsb);
+            *count = (codes + 4.0 * adc.noise_lsb * noise)
+                .round()
+                .clamp(0.0, 65_520.0) as u16;
         }
         capture.scans.push(self.scan);
         capture.counts.push(scan);
         capture.supply.push(self.supply_factor(supply_v) as f32);
-        capture.temperature_c.push(self.at(trigger_s, TEMPERATURE) as f32);
+        capture
+            .temperature_c
+            .push(self.at(trigger_s, TEMPERATURE) as f32);
         self.scan += 1;
     }
 
@@ -100,7 +127,8 @@ impl Laboratory {
     fn supply_factor(&self, supply_v: f64) -> f64 {
         let board = self.bench.board();
         let factory = (board.vrefint_v / 3.0 * 4096.0).round();
-        let code = board.vrefint_v / supply_v * 4096.0 * (1.0 + board.adc[4].gain_error) + board.adc[4].offset_lsb;
+        let code = board.vrefint_v / supply_v * 4096.0 * (1.0 + board.adc[4].gain_error)
+            + board.adc[4].offset_lsb;
         3.0 * factory / code / 3.3
     }
 
@@ -111,7 +139,9 @@ impl Laboratory {
         while chunk > self.chunk {
             self.chunk += 1;
             let rows = &mut self.rows[self.chunk % 2];
-            self.bench.next_chunk(rows, |_| ()).expect("a platform that follows its jacks");
+            self.bench
+                .next_chunk(rows, |_| ())
+                .expect("a platform that follows its jacks");
         }
         let (rows, row) = (&self.rows[chunk % 2], place as usize % CHUNK_STEPS);
         let value = |row: usize| f64::from(rows[row * COLUMNS.len() + column]);

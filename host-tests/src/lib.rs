@@ -1,6 +1,8 @@
 //! What several host tests need: whole campaigns without a chip.
 //!
-//! [`bench`] lets the twin move and read its voltages the way the board does, so that a campaign takes a fraction of
-//! a second and a statistic over many seeds is possible. The firmware itself is tested on the virtual board.
+//! - [`bench`] lets the twin move and reads its voltages the way the board does, so that a campaign takes a second and
+//!   a statistic over many seeds is possible. The firmware itself is tested on the virtual board.
+//! - [`coverage`] is that statistic: are the stated uncertainties honest?
 
 pub mod bench;
+pub mod coverage;

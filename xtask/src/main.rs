@@ -1,13 +1,15 @@
-//! One way to run everything: `cargo xtask demo`, `cargo xtask test`.
+//! One way to run everything: `cargo xtask demo`, `cargo xtask test`, `cargo xtask coverage`.
 //!
 //! - [`setup`]: what a fresh machine lacks.
 //! - [`build`]: the parts of the product.
 //! - [`process`]: programs that run beside each other, and end with their owner.
 //! - [`demo`]: the whole story on the virtual bench.
+//! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 #![forbid(unsafe_code)]
 
 mod build;
+mod coverage;
 mod demo;
 mod process;
 mod setup;
@@ -29,6 +31,8 @@ struct Arguments {
 enum Task {
     /// Calibrate nine sensors on a simulated motion base with the real firmware, and prove the result
     Demo(demo::Arguments),
+    /// Simulate many campaigns and count how often the truth lies inside the stated uncertainties
+    Coverage(coverage::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -36,6 +40,7 @@ enum Task {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo(arguments) => demo::run(&arguments),
+        Task::Coverage(arguments) => coverage::run(&arguments),
         Task::Test => test::run(),
     }
 }

@@ -1,16 +1,16 @@
 //! Terms add in squares.
 
 use approx::assert_relative_eq;
-use hexsense::calibration::budget::{Budget, Cause, uniform};
+use hexsense::calibration::budget::{Budget, Cause, Shape, uniform};
 
 #[test]
 fn independent_contributions_add_in_squares_and_causes_stay_apart() {
     let mut budget = Budget::default();
     assert_eq!((budget.combined(), budget.expanded()), (0.0, 0.0));
-    budget.add(Cause::SensorNoise, 3.0);
-    budget.add(Cause::SensorNoise, -4.0);
+    budget.add(Cause::SensorNoise, Shape::Normal, 3.0);
+    budget.add(Cause::SensorNoise, Shape::Normal, -4.0);
     assert_relative_eq!(budget.term(Cause::SensorNoise), 5.0);
-    budget.add(Cause::Bandwidth, 12.0);
+    budget.add(Cause::Bandwidth, Shape::Uniform, 12.0);
     assert_relative_eq!(budget.combined(), 13.0);
     assert_relative_eq!(budget.expanded(), 26.0);
     assert_relative_eq!(budget.term(Cause::SensorNoise), 5.0);
@@ -20,13 +20,17 @@ fn independent_contributions_add_in_squares_and_causes_stay_apart() {
 fn every_cause_has_a_term_of_its_own() {
     let mut budget = Budget::default();
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        budget.add(cause, (index + 1) as f64);
+        budget.add(cause, Shape::Normal, (index + 1) as f64);
     }
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
         assert_relative_eq!(budget.term(cause), (index + 1) as f64);
     }
-    // 1² + … + 10²
-    assert_relative_eq!(budget.combined(), 385_f64.sqrt());
+    // 1² + … + n²
+    let n = Cause::ALL.len() as f64;
+    assert_relative_eq!(
+        budget.combined(),
+        (n * (n + 1.0) * (2.0 * n + 1.0) / 6.0).sqrt()
+    );
     let mut names = Cause::ALL.map(Cause::name).to_vec();
     names.sort_unstable();
     names.dedup();
@@ -40,4 +44,36 @@ fn a_uniform_distribution_has_the_variance_of_its_samples() {
         .map(|index| half_width * (2.0 * (f64::from(index) + 0.5) / f64::from(count) - 1.0));
     let variance = samples.map(|sample| sample * sample).sum::<f64>() / f64::from(count);
     assert_relative_eq!(uniform(half_width), variance.sqrt(), max_relative = 1e-6);
+}
+
+#[test]
+fn the_interval_holds_95_per_cent_of_a_uniform_and_a_normal_term() {
+    for width in [0.01, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 30.0] {
+        let mut budget = Budget::default();
+        budget.add(Cause::SensorNoise, Shape::Normal, 1.0);
+        budget.add(Cause::Hinges, Shape::Uniform, uniform(width));
+        let (stated, expected) = (budget.interval_95(), half_width_95(width, 1.0));
+        assert_relative_eq!(stated, expected, max_relative = 3e-3);
+    }
+}
+
+#[test]
+fn the_interval_of_a_single_term_is_that_of_its_shape() {
+    let alone = |shape, standard| {
+        let mut budget = Budget::default();
+        budget.add(Cause::Hinges, shape, standard);
+        budget.interval_95()
+    };
+    assert_relative_eq!(
+        alone(Shape::Normal, 2.0),
+        2.0 * 1.959_964,
+        max_relative = 1e-4
+    );
+    // 95 % of a tolerance is 0.95 of its half width.
+    assert_relative_eq!(
+        alone(Shape::Uniform, uniform(0.7)),
+        0.95 * 0.7,
+        max_relative = 3e-3
+    );
+    assert_eq!(Budget::default().interval_95(), 0.0);
 }

@@ -4,7 +4,7 @@
 //! tolerance; [`Belief::doubts`] lists beliefs with one number changed by its standard uncertainty, so that repeating
 //! the estimate under each shows what that doubt does to every result (GUM 5.1.3, note 2).
 
-use hexsense::calibration::budget::{Cause, uniform};
+use hexsense::calibration::budget::{Cause, Shape, uniform};
 use hexsense::calibration::truth::Site;
 use hexsense::channel::JACKS;
 use hexsense::kinematics::{Geometry, GeometryError};
@@ -38,6 +38,8 @@ pub struct Belief {
 pub struct Doubt {
     /// What was changed.
     pub cause: Cause,
+    /// How that is distributed.
+    pub shape: Shape,
     /// The changed belief.
     pub belief: Belief,
 }
@@ -95,67 +97,93 @@ impl Belief {
     #[must_use]
     pub fn doubts(&self, base: &GeometryFile, sensors: &SensorFile) -> Vec<Doubt> {
         let mut doubts = Vec::new();
-        let mut doubt = |cause, change: &dyn Fn(&mut Self)| {
+        let mut doubt = |cause, shape, change: &dyn Fn(&mut Self)| {
             let mut belief = self.clone();
             change(&mut belief);
-            doubts.push(Doubt { cause, belief });
+            doubts.push(Doubt {
+                cause,
+                shape,
+                belief,
+            });
         };
-        let (jacks, adc) = (&sensors.jacks, &sensors.adc);
-        let gain = uniform(adc.gain_tolerance);
         for jack in 0..JACKS {
             for axis in 0..3 {
-                doubt(Cause::Hinges, &|belief| {
-                    belief.lower[jack][axis] += base.hinge_tolerance_m
+                let tolerance_m = base.hinge_tolerance_m;
+                doubt(Cause::Hinges, Shape::Normal, &|belief| {
+                    belief.lower[jack][axis] += tolerance_m
                 });
-                doubt(Cause::Hinges, &|belief| {
-                    belief.upper[jack][axis] += base.hinge_tolerance_m
+                doubt(Cause::Hinges, Shape::Normal, &|belief| {
+                    belief.upper[jack][axis] += tolerance_m
                 });
             }
-            let offset = uniform(jacks.offset_tolerance_m) / self.metres_per_count[jack];
-            doubt(Cause::JackGain, &|belief| {
-                belief.metres_per_count[jack] *= 1.0 + uniform(jacks.gain_tolerance)
-            });
-            doubt(Cause::JackOffset, &|belief| {
-                belief.zero_counts[jack] += offset
-            });
         }
-        // The gain of a converter turns about zero counts, not about mid-stroke.
-        doubt(Cause::JackConverter, &|belief| {
-            belief
-                .metres_per_count
-                .iter_mut()
-                .for_each(|metres| *metres *= 1.0 + gain);
-            belief
-                .zero_counts
-                .iter_mut()
-                .for_each(|zero| *zero /= 1.0 + gain);
-        });
-        let code = uniform(adc.offset_tolerance_lsb) * f64::from(COUNTS_PER_CODE);
-        doubt(Cause::JackConverter, &|belief| {
-            belief.zero_counts.iter_mut().for_each(|zero| *zero += code)
-        });
-        // The supply is measured through the reference: its converter's gain and offset and the rounding of the
-        // factory's reading all enter.
-        let reference = gain
-            .hypot(uniform(adc.offset_tolerance_lsb / REFERENCE_CODE))
-            .hypot(uniform(0.5 / FACTORY_CODE));
-        doubt(Cause::SupplyReference, &|belief| {
-            belief.supply *= 1.0 + reference
-        });
-        doubt(Cause::Clock, &|belief| {
-            belief.clock *= 1.0 + uniform(adc.clock_tolerance_ppm * 1e-6)
-        });
+        let mut tolerance =
+            |cause, change: &dyn Fn(&mut Self)| doubt(cause, Shape::Uniform, change);
+        self.doubt_jacks(sensors, &mut tolerance);
+        self.doubt_board(sensors, &mut tolerance);
+        let arm_m = uniform(sensors.lever_arm_tolerance_m);
         for axis in 0..3 {
-            doubt(Cause::LeverArm, &|belief| {
-                belief.site.lever_arm_m[axis] += uniform(sensors.lever_arm_tolerance_m)
+            tolerance(Cause::LeverArm, &|belief| {
+                belief.site.lever_arm_m[axis] += arm_m
             });
         }
         doubts
     }
+
+    /// Transducers, and the converter that reads them.
+    fn doubt_jacks(&self, sensors: &SensorFile, tolerance: Tolerance) {
+        let (jacks, adc) = (&sensors.jacks, &sensors.adc);
+        let gain = 1.0 + uniform(jacks.gain_tolerance);
+        for jack in 0..JACKS {
+            let offset = uniform(jacks.offset_tolerance_m) / self.metres_per_count[jack];
+            tolerance(Cause::JackGain, &|belief| {
+                belief.metres_per_count[jack] *= gain
+            });
+            tolerance(Cause::JackOffset, &|belief| {
+                belief.zero_counts[jack] += offset
+            });
+        }
+        // The gain of a converter turns about zero counts, not about mid-stroke.
+        let gain = 1.0 + uniform(adc.gain_tolerance);
+        tolerance(Cause::JackConverter, &|belief| {
+            belief
+                .metres_per_count
+                .iter_mut()
+                .for_each(|metres| *metres *= gain);
+            belief.zero_counts.iter_mut().for_each(|zero| *zero /= gain);
+        });
+        let offset = uniform(adc.offset_tolerance_lsb) * COUNTS_PER_CODE;
+        tolerance(Cause::JackConverter, &|belief| {
+            belief
+                .zero_counts
+                .iter_mut()
+                .for_each(|zero| *zero += offset)
+        });
+    }
+
+    /// Supply and clock of the board. The supply is measured through the reference: its converter's gain and offset
+    /// and the rounding of the factory's reading all enter.
+    fn doubt_board(&self, sensors: &SensorFile, tolerance: Tolerance) {
+        let adc = &sensors.adc;
+        for relative in [
+            adc.gain_tolerance,
+            adc.offset_tolerance_lsb / REFERENCE_CODE,
+            0.5 / FACTORY_CODE,
+        ] {
+            tolerance(Cause::SupplyReference, &|belief| {
+                belief.supply *= 1.0 + uniform(relative)
+            });
+        }
+        let clock = uniform(adc.clock_tolerance_ppm * 1e-6);
+        tolerance(Cause::Clock, &|belief| belief.clock *= 1.0 + clock);
+    }
 }
+
+/// Takes a cause and what its tolerance changes.
+type Tolerance<'a> = &'a mut dyn FnMut(Cause, &dyn Fn(&mut Belief));
 
 /// Code of the internal reference, about 1.21 V, at 3.3 V and at the factory's 3.0 V.
 const REFERENCE_CODE: f64 = 1_504.0;
 const FACTORY_CODE: f64 = 1_655.0;
 /// Conversions that the board adds up into a count.
-const COUNTS_PER_CODE: u32 = 16;
+const COUNTS_PER_CODE: f64 = 16.0;

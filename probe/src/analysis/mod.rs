@@ -10,11 +10,13 @@
 //! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
 //! - [`condense`]: the captures reduced to what the estimate needs; nothing that is believed enters here.
 //! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
+//! - [`budgets`]: what each doubt does to each result.
 //! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
 //! - [`filter`]: the zero-phase low-pass that held-out movements are compared behind.
 //! - [`held_out`]: calibrated values against the base's own pose on a movement that nothing was fitted to.
 
 pub mod belief;
+pub mod budgets;
 pub mod condense;
 pub mod estimate;
 pub mod filter;

@@ -9,6 +9,7 @@ use hexsense::store::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;
+use super::budgets::Budgets;
 use super::condense::{Counts, Sweep, hold_run, sweep};
 use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
 use super::{AnalysisError, Run};
@@ -22,6 +23,8 @@ pub struct Measured {
     pub estimate: f64,
     /// Its expanded uncertainty, in the same unit.
     pub expanded_uncertainty: f64,
+    /// Half width of the interval that holds the true value with 95 % probability.
+    pub interval_95: f64,
 }
 
 /// One term of a budget.
@@ -248,131 +251,11 @@ fn density(samples: &[f64], rate_hz: u32) -> f64 {
     (variance * 0.2).sqrt().max(1e-3)
 }
 
-/// Budgets of all matrix elements and offsets, of the values at rest, and of the lever arm.
-#[derive(Default)]
-struct Budgets {
-    matrix: [[[Budget; 3]; 3]; 3],
-    offset: [[Budget; 3]; 3],
-    rest: [[Budget; 3]; 3],
-    lever_arm: [Budget; 3],
-}
-
-impl Budgets {
-    fn new(
-        condensed: &Condensed,
-        belief: &Belief,
-        estimate: &Estimate,
-        base: &GeometryFile,
-        sensors: &SensorFile,
-    ) -> Result<Self, AnalysisError> {
-        let mut budgets = Self::default();
-        for doubt in belief.doubts(base, sensors) {
-            let changed = condensed.estimate(&doubt.belief)?;
-            budgets.add_change(doubt.cause, estimate, &changed);
-            budgets.add_rest_change(doubt.cause, condensed, belief, &doubt.belief)?;
-        }
-        for triad in Triad::ALL {
-            budgets.add_noise(triad, condensed, estimate, belief);
-            budgets.add_bandwidth(triad, condensed, estimate, sensors);
-        }
-        Ok(budgets)
-    }
-
-    fn add_change(&mut self, cause: Cause, estimate: &Estimate, changed: &Estimate) {
-        let moved = changed.lever_arm_m - estimate.lever_arm_m;
-        self.lever_arm
-            .iter_mut()
-            .zip(moved.iter())
-            .for_each(|(budget, change)| budget.add(cause, *change));
-        for triad in 0..3 {
-            let matrix = changed.fits[triad].matrix - estimate.fits[triad].matrix;
-            let offset = changed.offsets[triad] - estimate.offsets[triad];
-            for axis in 0..3 {
-                self.offset[triad][axis].add(cause, offset[axis]);
-                for column in 0..3 {
-                    self.matrix[triad][axis][column].add(cause, matrix[(axis, column)]);
-                }
-            }
-        }
-    }
-
-    /// The value at rest at home is the specific force that was believed there, whatever the gain.
-    fn add_rest_change(
-        &mut self,
-        cause: Cause,
-        condensed: &Condensed,
-        belief: &Belief,
-        doubt: &Belief,
-    ) -> Result<(), AnalysisError> {
-        let change = condensed.home_force(doubt)? - condensed.home_force(belief)?;
-        for axis in 0..3 {
-            self.rest[Triad::LinearAcceleration.index()][axis].add(cause, change[axis]);
-        }
-        Ok(())
-    }
-
-    fn add_noise(
-        &mut self,
-        triad: Triad,
-        condensed: &Condensed,
-        estimate: &Estimate,
-        belief: &Belief,
-    ) {
-        let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
-        let (noise, zero) = (&condensed.noise[index], &condensed.zero);
-        let deviations = fit.matrix_noise();
-        let gravity = if triad == Triad::LinearAcceleration {
-            belief.site.gravity_m_s2
-        } else {
-            0.0
-        };
-        for axis in 0..3 {
-            let white = noise.density[axis] / (2.0 * zero.length_s).sqrt();
-            let walk = noise.walk[axis] * zero.length_s.sqrt();
-            let gain = gravity * fit.row_covariance[axis][(1, 1)].sqrt();
-            self.offset[index][axis].add(Cause::SensorNoise, white.hypot(gain));
-            self.offset[index][axis].add(Cause::BiasWalk, walk);
-            self.rest[index][axis].add(Cause::SensorNoise, white * fit.matrix[(axis, axis)]);
-            for column in 0..3 {
-                self.matrix[index][axis][column]
-                    .add(Cause::SensorNoise, deviations[(axis, column)]);
-            }
-        }
-    }
-
-    /// At the drive frequency f a sensor of bandwidth B and damping ζ reads 1 + (1 − 2ζ²)(f/B)² of its gain at rest.
-    fn add_bandwidth(
-        &mut self,
-        triad: Triad,
-        condensed: &Condensed,
-        estimate: &Estimate,
-        sensors: &SensorFile,
-    ) {
-        let (index, sheet) = (triad.index(), sensors.triad(triad));
-        let driven = if triad == Triad::LinearAcceleration {
-            &condensed.heave
-        } else {
-            &condensed.turns[0]
-        };
-        let ratio = driven.sine.frequency_hz / sheet.bandwidth_hz[0];
-        let excess = sheet
-            .damping
-            .map(|damping| ((1.0 - 2.0 * damping * damping) * ratio * ratio).abs());
-        let relative = hexsense::calibration::budget::uniform(excess[0].max(excess[1]));
-        for axis in 0..3 {
-            // Of the accelerometers only the vertical one is calibrated by a sine.
-            if triad != Triad::LinearAcceleration || axis == DegreeOfFreedom::Heave as usize {
-                let gain = estimate.fits[index].matrix[(axis, axis)];
-                self.matrix[index][axis][axis].add(Cause::Bandwidth, gain * relative);
-            }
-        }
-    }
-}
-
 fn measured(estimate: f64, budget: &Budget) -> Measured {
     Measured {
         estimate,
         expanded_uncertainty: budget.expanded(),
+        interval_95: budget.interval_95(),
     }
 }
 

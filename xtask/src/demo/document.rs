@@ -54,6 +54,7 @@ impl Compared {
         let Measured {
             estimate,
             expanded_uncertainty,
+            ..
         } = measured;
         Self {
             truth,

@@ -74,7 +74,6 @@ pub fn tell(parts: &Parts, arguments: &Arguments, folder: &Path) -> anyhow::Resu
     let truth = bench.truth()?;
     Ok(Told {
         campaign,
-        verification,
         truth_log,
         truth,
         uploaded_id,
