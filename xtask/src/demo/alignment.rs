@@ -155,3 +155,55 @@ fn search(measured: &[[f64; JACKS]], period_s: f64, log: &TruthLog) -> anyhow::R
         .map(|(start_s, _)| start_s)
         .context("the truth log is shorter than the capture")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn displacement_m(time_s: f64, jack: usize) -> f64 {
+        let pace = 2.0 + 0.3 * jack as f64;
+        0.1 * (pace * time_s).sin() * (1.0 - (-time_s / 2.0).exp())
+    }
+
+    fn log() -> TruthLog {
+        let names: Vec<String> = (0..=TruthLog::COLUMNS)
+            .map(|column| format!("c{column}"))
+            .collect();
+        let mut text = names.join(",") + "\n";
+        for row in 0..20_000 {
+            let time_s = 100.0 + f64::from(row) * 0.002;
+            let jacks = (0..JACKS).map(|jack| format!(",{}", displacement_m(time_s - 105.0, jack)));
+            text += &format!("{time_s}{}{}\n", ",0".repeat(9), jacks.collect::<String>());
+        }
+        TruthLog::parse(&text).unwrap()
+    }
+
+    #[test]
+    fn a_late_capture_by_a_wrong_clock_with_offset_transducers_is_placed_to_ten_microseconds() {
+        let (start_s, period_s) = (104.321_987, 0.01 * (1.0 - 4e-5));
+        let measured: Vec<[f64; JACKS]> = (0..3_000)
+            .map(|n| {
+                let time_s = start_s + f64::from(n) * period_s;
+                core::array::from_fn(|jack| {
+                    displacement_m(time_s - 105.0, jack) + 1e-4 * jack as f64
+                })
+            })
+            .collect();
+        let alignment = align(&measured, 0.01, &log()).unwrap();
+        assert!((alignment.start_s - start_s).abs() < 1e-5, "{alignment:?}");
+        assert!(
+            (alignment.period_s / period_s - 1.0).abs() < 1e-6,
+            "{alignment:?}"
+        );
+    }
+
+    #[test]
+    fn a_log_without_movement_or_with_other_columns_is_refused() {
+        assert!(TruthLog::parse("time_s,a,b\\n").is_err());
+        let header = (0..=TruthLog::COLUMNS)
+            .map(|c| c.to_string())
+            .collect::<Vec<_>>()
+            .join(",");
+        assert!(TruthLog::parse(&header).is_err());
+    }
+}
