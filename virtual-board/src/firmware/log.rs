@@ -42,6 +42,15 @@ impl FirmwareLog {
         }
     }
 
+    /// A reader for firmware without a log.
+    pub fn none() -> Self {
+        Self {
+            control: None,
+            decoder: None,
+            line: Vec::new(),
+        }
+    }
+
     /// A new run of the firmware begins: what was half received is forgotten.
     pub fn restart(&mut self) {
         self.line.clear();

@@ -95,6 +95,6 @@ mod tests {
         timebase.change(1_000_000, 150_000_000, Source::Crystal);
         assert!((timebase.seconds(1_000_000) - before).abs() < 1e-15);
         let later = timebase.cycles(before + 1e-3);
-        assert_eq!(later, 1_000_000 + 150_003);
+        assert!(later.abs_diff(1_000_000 + 150_003) <= 1, "{later}");
     }
 }
