@@ -68,7 +68,7 @@ pub fn workspace() -> PathBuf {
 
 impl Parts {
     /// The programs beside this one in the target folder.
-    fn find() -> anyhow::Result<Self> {
+    pub fn find() -> anyhow::Result<Self> {
         let own = std::env::current_exe().context("this program has no place")?;
         let host = own.parent().context("this program is in a folder")?;
         let target = host

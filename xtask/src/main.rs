@@ -1,18 +1,22 @@
 //! One way to run everything: `cargo xtask demo`, `cargo xtask test`, `cargo xtask coverage`.
 //!
 //! - [`setup`]: what a fresh machine lacks.
+//! - [`bench`]: twin, board and host tool together.
 //! - [`build`]: the parts of the product.
 //! - [`process`]: programs that run beside each other, and end with their owner.
 //! - [`demo`]: the whole story on the virtual bench.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
+//! - [`system_test`]: the part of it that needs the virtual board.
 #![forbid(unsafe_code)]
 
+mod bench;
 mod build;
 mod coverage;
 mod demo;
 mod process;
 mod setup;
+mod system_test;
 mod test;
 
 use clap::{Parser, Subcommand};

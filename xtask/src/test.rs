@@ -4,9 +4,10 @@ use std::process::Command;
 
 use anyhow::Context;
 
-use crate::build::{self, cargo, firmware};
+use crate::build::{cargo, firmware};
 use crate::process::checked;
 use crate::setup;
+use crate::system_test;
 
 /// Runs all checks, prints a line for each, and fails if one of them did.
 pub fn run() -> anyhow::Result<()> {
@@ -28,8 +29,11 @@ pub fn run() -> anyhow::Result<()> {
             .args(["--package", "hexsense", "--no-deps"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     );
-    checks.run("firmware", &mut firmware("build"));
-    checks.run("system test on the virtual board", &mut system_test());
+    checks.add("demo, twice the same", system_test::demo_twice());
+    checks.add(
+        "plug pulled in a run and in an upload",
+        system_test::plug_pulled(),
+    );
     checks.report()
 }
 
@@ -49,16 +53,6 @@ fn host_tests() -> Command {
     tests
 }
 
-/// The demo: the firmware's ELF through the whole method.
-fn system_test() -> Command {
-    let demo = std::env::current_exe().unwrap_or_else(|_| "xtask".into());
-    let mut command = Command::new(demo);
-    command
-        .args(["demo", "--json", "--out"])
-        .arg(build::workspace().join("target/system-test"));
-    command
-}
-
 /// Which checks passed and which failed.
 #[derive(Default)]
 struct Checks {
@@ -69,10 +63,14 @@ struct Checks {
 impl Checks {
     fn run(&mut self, name: &'static str, command: &mut Command) {
         eprintln!("\n=== {name}");
-        match checked(command) {
+        self.add(name, checked(command));
+    }
+
+    fn add(&mut self, name: &'static str, result: anyhow::Result<()>) {
+        match result {
             Ok(()) => self.passed.push(name),
             Err(error) => {
-                eprintln!("{error:#}");
+                eprintln!("{name}: {error:#}");
                 self.failed.push(name);
             }
         }

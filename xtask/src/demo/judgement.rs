@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::alignment::{Alignment, TruthLog, align};
-use super::story::{Told, VERIFY_AFTER};
+use super::story::{Told, VERIFY_AFTER_S};
 
 /// Everything that was compared.
 pub struct Judged {
@@ -112,7 +112,7 @@ fn against_truth(
         &pick(&seen.after),
         &pick(&seen.before),
         results,
-        VERIFY_AFTER as f64,
+        VERIFY_AFTER_S as f64,
     )
 }
 

@@ -1,0 +1,148 @@
+//! The virtual bench: twin, board and host tool, started and spoken to as a user would.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::Context;
+use serde_json::Value;
+
+use crate::build::Parts;
+use crate::process::{Beside, checked, output};
+
+/// Name of the run that the twin keeps the truth of.
+const HELD_OUT: &str = "held-out";
+/// Date of a campaign, s since 1970: fixed, so that a seed gives the same bytes every time.
+pub const DATE: u64 = 1_790_000_000;
+
+/// A bench for one seed, base and folder.
+pub struct Bench<'a> {
+    /// The programs.
+    pub parts: &'a Parts,
+    /// Seed of everything drawn.
+    pub seed: u64,
+    /// Geometry preset or file.
+    pub geometry: &'a str,
+    /// Where everything is written.
+    pub folder: &'a Path,
+}
+
+impl Bench<'_> {
+    /// The campaign's folder.
+    pub fn campaign(&self) -> PathBuf {
+        self.folder.join("campaign")
+    }
+
+    /// The file with the true movement of the held-out run.
+    pub fn truth_log(&self) -> PathBuf {
+        self.folder.join("truth.csv")
+    }
+
+    /// The laboratory's sensor file; [`Bench::papers`] writes it.
+    fn sensors(&self) -> PathBuf {
+        self.folder.join("sensors.toml")
+    }
+
+    fn twin_command(&self, command: &str) -> Command {
+        let mut twin = Command::new(&self.parts.twin);
+        twin.args([
+            command,
+            "--seed",
+            &self.seed.to_string(),
+            "--geometry",
+            self.geometry,
+        ]);
+        twin
+    }
+
+    /// Starts the twin; it says its addresses `pins` and `control`.
+    pub fn twin(&self) -> anyhow::Result<Beside> {
+        let mut twin = self.twin_command("serve");
+        twin.args([
+            "--pins",
+            "127.0.0.1:0",
+            "--control",
+            "127.0.0.1:0",
+            "--truth-run",
+            HELD_OUT,
+        ]);
+        Beside::start(twin.arg("--truth-log").arg(self.truth_log()))
+    }
+
+    /// Writes the sensor file.
+    pub fn papers(&self) -> anyhow::Result<()> {
+        checked(self.twin_command("papers").arg("--out").arg(self.sensors()))
+    }
+
+    /// The twin's truth about the sensors, as it prints it.
+    pub fn truth(&self) -> anyhow::Result<Value> {
+        let text = output(self.twin_command("truth").arg("--json"))?;
+        serde_json::from_str(&text).context("the twin's truth is not JSON")
+    }
+
+    /// Switches the board on; it says its address `link`. Dropping it pulls the plug.
+    pub fn board(&self, twin: &Beside) -> anyhow::Result<Beside> {
+        let mut board = Command::new(&self.parts.virtual_board);
+        board
+            .arg("--elf")
+            .arg(&self.parts.firmware)
+            .arg("--flash")
+            .arg(self.folder.join("flash.bin"));
+        let pins = format!("tcp:{}", twin.address("pins")?);
+        board.args(["--link", "lockstep:127.0.0.1:0", "--pins", &pins]);
+        let log = self.folder.join("board.log");
+        let log = std::fs::OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(&log);
+        Beside::start(board.stderr(log.context("cannot write the board's log")?))
+    }
+
+    /// `hexsense calibrate` or `hexsense verify`, `later_s` after the start of the campaign.
+    pub fn drive(
+        &self,
+        command: &str,
+        board: &Beside,
+        twin: &Beside,
+        later_s: u64,
+    ) -> anyhow::Result<Command> {
+        let mut hexsense = self.hexsense(command, board)?;
+        hexsense.args([
+            "--geometry",
+            self.geometry,
+            "--twin",
+            twin.address("control")?,
+        ]);
+        hexsense.args(["--date", &(DATE + later_s).to_string()]);
+        hexsense
+            .arg("--sensors")
+            .arg(self.sensors())
+            .arg("--out")
+            .arg(self.campaign());
+        Ok(hexsense)
+    }
+
+    /// `hexsense upload` of the campaign's coefficients.
+    pub fn upload(&self, board: &Beside) -> anyhow::Result<Command> {
+        let mut hexsense = self.hexsense("upload", board)?;
+        hexsense.arg(self.campaign());
+        Ok(hexsense)
+    }
+
+    /// Identity of the active set.
+    pub fn active_id(&self, board: &Beside) -> anyhow::Result<String> {
+        let text = output(self.hexsense("show", board)?.arg("--json"))?;
+        let shown: Value =
+            serde_json::from_str(&text).context("`hexsense show --json` printed no JSON")?;
+        shown["id"]
+            .as_str()
+            .map(str::to_owned)
+            .context("`hexsense show` names no set")
+    }
+
+    /// `hexsense COMMAND` on the board's port.
+    fn hexsense(&self, command: &str, board: &Beside) -> anyhow::Result<Command> {
+        let mut hexsense = Command::new(&self.parts.hexsense);
+        hexsense.args([command, "--port", board.address("link")?]);
+        Ok(hexsense)
+    }
+}

@@ -1,0 +1,181 @@
+//! The firmware's ELF on the virtual board, as part of `cargo xtask test`.
+//!
+//! - the demo twice from one seed: it holds, and every byte is the same again;
+//! - the plug pulled during a run and during an upload: the host tool says so in time, nothing is half, and starting
+//!   again works.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, ensure};
+
+use crate::bench::Bench;
+use crate::build::{self, Parts};
+use crate::demo;
+use crate::process::checked;
+
+/// Within this time the host tool must say what happened.
+const TOLD_WITHIN: Duration = Duration::from_secs(5);
+const SEED: u64 = 1;
+const GEOMETRY: &str = "an-74tk-200";
+
+/// The demo twice: it holds, and the second time gives the bytes of the first.
+pub fn demo_twice() -> anyhow::Result<()> {
+    let folders = ["system-test/first", "system-test/second"]
+        .map(|name| build::workspace().join("target").join(name));
+    let [first, second] = folders.each_ref().map(|folder| {
+        let out = Some(folder.clone());
+        demo::run(&demo::Arguments {
+            seed: SEED,
+            geometry: GEOMETRY.to_owned(),
+            json: false,
+            out,
+        })?;
+        contents(folder)
+    });
+    let (first, second) = (first?, second?);
+    ensure!(
+        first.keys().eq(second.keys()),
+        "the same seed left other files: {:?} {:?}",
+        first.keys(),
+        second.keys()
+    );
+    for (name, bytes) in &first {
+        ensure!(
+            second.get(name) == Some(bytes),
+            "the same seed gave other bytes in {}",
+            name.display()
+        );
+    }
+    Ok(())
+}
+
+/// All files below a folder; of the demo's document the time it took is left out.
+fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(place) = folders.pop() {
+        for entry in std::fs::read_dir(&place)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let mut bytes = std::fs::read(&path)?;
+            if path.ends_with("demo.json") {
+                let mut document: serde_json::Value = serde_json::from_slice(&bytes)?;
+                document["wall_seconds"].take();
+                bytes = document.to_string().into_bytes();
+            }
+            files.insert(path.strip_prefix(folder)?.to_owned(), bytes);
+        }
+    }
+    Ok(files)
+}
+
+/// The plug pulled during a run, then during an upload.
+pub fn plug_pulled() -> anyhow::Result<()> {
+    let parts = Parts::find()?;
+    let folder = build::workspace().join("target/system-test/plug");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    std::fs::create_dir_all(&folder)?;
+    let bench = Bench {
+        parts: &parts,
+        seed: SEED,
+        geometry: GEOMETRY,
+        folder: &folder,
+    };
+    let twin = bench.twin()?;
+    bench.papers()?;
+
+    let board = bench.board(&twin)?;
+    let calibrate = Told::start(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
+    wait_for(&bench.campaign().join("captures/pitch.json"))?;
+    drop(board);
+    calibrate.must_explain("starting again goes on")?;
+    let board = bench.board(&twin)?;
+    checked(&mut bench.drive("calibrate", &board, &twin, 0)?)
+        .context("after the plug was pulled in a run")?;
+    ensure!(
+        bench.active_id(&board).is_err(),
+        "a set is active that was never uploaded"
+    );
+
+    let before = std::fs::read(folder.join("flash.bin"))?;
+    let upload = Told::start(&mut bench.upload(&board)?)?;
+    while std::fs::read(folder.join("flash.bin"))? == before {
+        ensure!(
+            upload.since.elapsed() < TOLD_WITHIN,
+            "the upload never reached the flash"
+        );
+    }
+    drop(board);
+    upload.ended()?;
+    let board = bench.board(&twin)?;
+    checked(&mut bench.upload(&board)?).context("after the plug was pulled in an upload")?;
+    bench.active_id(&board).map(drop)
+}
+
+fn wait_for(file: &Path) -> anyhow::Result<()> {
+    let start = Instant::now();
+    while !file.exists() {
+        ensure!(
+            start.elapsed() < Duration::from_secs(60),
+            "{} never came",
+            file.display()
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
+}
+
+/// A command of the host tool that will lose its board.
+struct Told {
+    child: Child,
+    since: Instant,
+}
+
+impl Told {
+    fn start(command: &mut Command) -> anyhow::Result<Self> {
+        command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        Ok(Self {
+            child: command.spawn()?,
+            since: Instant::now(),
+        })
+    }
+
+    /// Waits for its end, which must come in time, and returns whether it succeeded and what it said.
+    fn ended(mut self) -> anyhow::Result<(bool, String)> {
+        let start = Instant::now();
+        while self.child.try_wait()?.is_none() {
+            if start.elapsed() > TOLD_WITHIN {
+                self.child.kill()?;
+                anyhow::bail!("hexsense said nothing within {} s", TOLD_WITHIN.as_secs());
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let output = self.child.wait_with_output()?;
+        Ok((
+            output.status.success(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        ))
+    }
+
+    /// It must fail, say what is safe and what to do next.
+    fn must_explain(self, what: &str) -> anyhow::Result<()> {
+        let (success, said) = self.ended()?;
+        ensure!(!success, "hexsense succeeded without a board");
+        ensure!(
+            said.contains("safe:") && said.contains("do next:"),
+            "hexsense does not say that {what}: {said}"
+        );
+        Ok(())
+    }
+}
