@@ -153,12 +153,36 @@ pub fn hex(bytes: &[u8]) -> String {
 #[must_use]
 pub fn from_hex<const N: usize>(text: &str) -> Option<[u8; N]> {
     let digits = text.as_bytes();
-    if digits.len() != 2 * N || !text.is_ascii() {
+    if digits.len() != 2 * N || !digits.iter().all(u8::is_ascii_hexdigit) {
         return None;
     }
     let mut bytes = [0; N];
-    for (byte, pair) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+    for (byte, pair) in bytes.iter_mut().zip(digits.chunks_exact(2)) {
         *byte = u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()?;
     }
     Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_replaced_stays_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.toml");
+        replace(&path, "old").unwrap();
+        fs::create_dir(part_of(&path)).unwrap();
+        let error = replace(&path, "new").unwrap_err().to_string();
+        assert!(error.contains("plan.toml: cannot be written"), "{error}");
+        assert_eq!(read(&path).unwrap(), "old");
+    }
+
+    #[test]
+    fn hexadecimal_digits_come_back_as_bytes_or_not_at_all() {
+        assert_eq!(from_hex(&hex(&[0, 0xA5, 0xFF])), Some([0, 0xA5, 0xFF]));
+        for text in ["", "00a5", "00a5f", "00a5fg", "00a5ff00", "+0a5ff", "äää"] {
+            assert_eq!(from_hex::<3>(text), None, "{text}");
+        }
+    }
 }

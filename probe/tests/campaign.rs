@@ -8,7 +8,7 @@ use std::process::Output;
 use assert_cmd::Command;
 use fake::flash::Flash;
 use fake::line::lockstep;
-use fake::source::{self, Pins};
+use fake::source::{self, Pins, Still};
 use fake::{FakeBoard, Fault};
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
@@ -171,6 +171,28 @@ fn a_campaign_that_broke_off_goes_on_where_it_was() {
     assert!(
         text.contains("the campaign has no"),
         "what was not planned is missed: {text}"
+    );
+}
+
+#[test]
+fn a_campaign_is_not_mixed_with_another_board_or_another_plan() {
+    let bench = Bench::new(|_| {});
+    bench.plan_only(&["heave"]);
+    bench.record("calibrate");
+    let other = lockstep(FakeBoard::new(Box::new(Still), Flash::default()));
+    let other = Bench {
+        port: other,
+        ..bench
+    };
+    let text = String::from_utf8(other.record("calibrate").stderr).unwrap();
+    assert!(text.contains("holds a campaign with board"), "{text}");
+
+    let mut campaign = other.campaign();
+    campaign.plan.runs[0].sine[0].amplitude_m = Some(0.1);
+    let error = campaign.record("heave").unwrap_err().to_string();
+    assert!(
+        error.contains("run heave recorded before its plan was changed"),
+        "{error}"
     );
 }
 

@@ -207,3 +207,10 @@ fn a_refusal_of_the_board_is_told_apart_from_the_line() {
         "{error}"
     );
 }
+
+#[test]
+fn a_set_that_reads_back_differently_is_reported() {
+    let board = board(|board| board.fault = Fault::WornFlash);
+    let error = connect(&board).unwrap().upload(&encoded(1)).unwrap_err();
+    assert!(matches!(error, UploadError::Different { .. }), "{error}");
+}

@@ -1,7 +1,7 @@
 //! `hexsense verify`: the stored coefficients on a movement that they were not fitted to.
 
 use clap::Args;
-use hexsense::sampling::Calibrator;
+use hexsense::sampling::{Calibrator, Values};
 use hexsense::store::CoefficientSet;
 
 use super::arguments::{Base, Bench, Port};
@@ -62,7 +62,7 @@ impl Verify {
         let mut verdicts = Vec::new();
         for run in runs {
             let recorded = campaign.recorded(run)?;
-            check_replay(&recorded.capture, &set, run)?;
+            check_replay(&recorded.capture, &set, &run.name)?;
             let held_out =
                 held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, &results)?;
             let elapsed_s = since_set_s + campaign.recorded_s()?;
@@ -101,34 +101,27 @@ fn active_set(client: &mut Client, campaign: &Campaign) -> anyhow::Result<Coeffi
 }
 
 /// Whether the board's values are bit for bit what its counts and its set give.
-fn check_replay(capture: &Capture, set: &CoefficientSet, run: &Run) -> anyhow::Result<()> {
-    let calibrator = Calibrator::new(set);
+fn check_replay(capture: &Capture, set: &CoefficientSet, run: &str) -> anyhow::Result<()> {
     let values = capture.values.as_deref().unwrap_or_default();
-    let rows = capture
-        .scans
-        .iter()
-        .zip(&capture.counts)
-        .zip(&capture.supply)
-        .zip(values);
-    let mut compared = 0;
-    for (((scan, counts), supply), values) in rows {
-        let ours = calibrator.apply(counts, *supply);
-        if ours.map(f32::to_bits) != values.map(f32::to_bits) {
+    if values.is_empty() {
+        anyhow::bail!("run {run} holds no values made by the board; record it again");
+    }
+    let calibrator = Calibrator::new(set);
+    let bits = |values: Values| values.map(f32::to_bits);
+    for (row, values) in values.iter().enumerate() {
+        let ours = calibrator.apply(&capture.counts[row], capture.supply[row]);
+        if bits(ours) != bits(*values) {
             anyhow::bail!(
-                "run {}, scan {scan}: the board's values {values:?} are not those that its counts and its set give, \
+                "run {run}, scan {}: the board's values {values:?} are not those that its counts and its set give, \
                  {ours:?}; firmware and hexsense are of different builds, or the set was changed during the run",
-                run.name
+                capture.scans[row]
             );
         }
-        compared += 1;
     }
-    if compared == 0 {
-        anyhow::bail!(
-            "run {} holds no values made by the board; record it again",
-            run.name
-        );
-    }
-    eprintln!("{compared} scans: the board's values are bit for bit those that its counts give");
+    eprintln!(
+        "{} scans: the board's values are bit for bit those that its counts give",
+        values.len()
+    );
     Ok(())
 }
 
@@ -155,4 +148,48 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
         );
     }
     text + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hexsense::store::TriadCoefficients;
+
+    #[test]
+    fn a_value_that_is_off_by_its_last_bit_is_found() {
+        let triad = TriadCoefficients {
+            offset: [32_768.0; 3],
+            matrix: [[1e-3, 1e-5, 0.0], [0.0, 1e-3, 2e-5], [0.0, 0.0, 1e-3]],
+            offset_uncertainty: [1.0; 3],
+            matrix_uncertainty: [[1e-7; 3]; 3],
+            delay_s: 0.0,
+        };
+        let set = CoefficientSet {
+            board: [1; 12],
+            geometry: "base".try_into().unwrap(),
+            geometry_hash: [1; 8],
+            unix_s: 0,
+            temperature_c: 30.0,
+            provenance: [2; 32],
+            triads: [triad; 3],
+        };
+        let counts = vec![[30_001; 15], [40_000; 15]];
+        let calibrator = Calibrator::new(&set);
+        let mut values: Vec<Values> = counts
+            .iter()
+            .map(|scan| calibrator.apply(scan, 0.999))
+            .collect();
+        let capture = |values: &[Values]| Capture {
+            scans: vec![7, 8],
+            counts: counts.clone(),
+            supply: vec![0.999; 2],
+            temperature_c: vec![30.0; 2],
+            values: Some(values.to_vec()),
+        };
+        check_replay(&capture(&values), &set, "held-out").unwrap();
+        values[1][4] = values[1][4].next_up();
+        let error = check_replay(&capture(&values), &set, "held-out").unwrap_err();
+        assert!(error.to_string().contains("scan 8"), "{error}");
+        assert!(check_replay(&capture(&[]), &set, "held-out").is_err());
+    }
 }

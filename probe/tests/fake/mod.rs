@@ -38,6 +38,8 @@ pub enum Fault {
     CutAt(u32),
     /// The board falls silent with this request: no answer, no sample any more.
     SilentFrom(u32),
+    /// The flash gives back a changed set.
+    WornFlash,
     /// The line is cut after so many blocks.
     CutAfterBlocks(u64),
 }
@@ -209,11 +211,9 @@ impl FakeBoard {
             }
             Request::ReadSet { offset } => {
                 let (_, _, encoded) = self.active.as_ref().ok_or(Refusal::NoSet)?;
-                let bytes = encoded[usize::from(offset)..]
-                    .iter()
-                    .copied()
-                    .take(CHUNK)
-                    .collect();
+                let bytes = encoded[usize::from(offset)..].iter().copied().take(CHUNK);
+                let worn = u8::from(self.fault == Fault::WornFlash);
+                let bytes = bytes.map(|byte| byte ^ worn).collect();
                 return Ok(Response::SetBytes { offset, bytes });
             }
             Request::UploadBegin { length, id } => self.upload = Some((length, id, Vec::new())),
