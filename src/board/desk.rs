@@ -4,6 +4,7 @@
 //! sample path or the storage, and their answer follows when it comes; until then any other command is refused as
 //! [`Refusal::Busy`], so that every answer belongs to the one command that is open.
 
+use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense::channel::CHANNELS;
@@ -135,31 +136,23 @@ impl Desk {
     }
 
     fn decide(&mut self, request: Request, sequence: u16) -> Result<Outcome, Refusal> {
-        match request {
-            Request::Identity => Ok(Outcome::Answer(Response::Identity(self.origin.identity()))),
-            Request::Status => Ok(Outcome::Answer(Response::Status(self.status()))),
-            Request::Stream(content) => self.set_stream(content),
-            Request::Rate(hz) => self.set_rate(hz, sequence),
-            Request::Drive(drive) => self.set_drive(drive, sequence),
-            Request::Harmonics { channel } if usize::from(channel) >= CHANNELS => {
-                Err(Refusal::Channel { channel })
+        let command = match request {
+            Request::Identity => {
+                return Ok(Outcome::Answer(Response::Identity(self.origin.identity())));
             }
-            Request::Harmonics { channel } => {
-                self.to_sampling(sampling::Command::Harmonics(channel), sequence)
-            }
-            Request::ActiveSet => self.to_storage(storage::Command::ActiveSet, sequence),
-            Request::ReadSet { offset } => {
-                self.to_storage(storage::Command::Read(offset), sequence)
-            }
-            Request::UploadBegin { length, id } => {
-                self.to_storage(storage::Command::Begin(length, id), sequence)
-            }
-            Request::UploadChunk { offset, bytes } => {
-                self.to_storage(storage::Command::Chunk(offset, bytes), sequence)
-            }
-            Request::UploadCommit => self.to_storage(storage::Command::Commit, sequence),
-            Request::UploadAbort => self.to_storage(storage::Command::Abort, sequence),
-        }
+            Request::Status => return Ok(Outcome::Answer(Response::Status(self.status()))),
+            Request::Stream(content) => return self.set_stream(content),
+            Request::Rate(hz) => return self.set_rate(hz, sequence),
+            Request::Drive(drive) => return self.set_drive(drive, sequence),
+            Request::Harmonics { channel } => return self.report_harmonics(channel, sequence),
+            Request::ActiveSet => storage::Command::ActiveSet,
+            Request::ReadSet { offset } => storage::Command::Read(offset),
+            Request::UploadBegin { length, id } => storage::Command::Begin(length, id),
+            Request::UploadChunk { offset, bytes } => storage::Command::Chunk(offset, bytes),
+            Request::UploadCommit => storage::Command::Commit,
+            Request::UploadAbort => storage::Command::Abort,
+        };
+        self.order(&self.exchange.to_storage, command, sequence)
     }
 
     fn set_stream(&mut self, content: StreamContent) -> Result<Outcome, Refusal> {
@@ -176,7 +169,11 @@ impl Desk {
             return Err(Refusal::Rate { hz });
         }
         check_capacity(self.stream, hz)?;
-        self.to_sampling(sampling::Command::Rate(hz), sequence)
+        self.order(
+            &self.exchange.to_sampling,
+            sampling::Command::Rate(hz),
+            sequence,
+        )
     }
 
     fn set_drive(&mut self, drive: Drive, sequence: u16) -> Result<Outcome, Refusal> {
@@ -186,34 +183,33 @@ impl Desk {
         if !Analyser::accepts(&drive) {
             return Err(Refusal::Drive);
         }
-        self.to_sampling(sampling::Command::Drive(drive), sequence)
+        self.order(
+            &self.exchange.to_sampling,
+            sampling::Command::Drive(drive),
+            sequence,
+        )
     }
 
-    fn to_sampling(
+    fn report_harmonics(&mut self, channel: u8, sequence: u16) -> Result<Outcome, Refusal> {
+        if usize::from(channel) >= CHANNELS {
+            return Err(Refusal::Channel { channel });
+        }
+        let command = sampling::Command::Harmonics(channel);
+        self.order(&self.exchange.to_sampling, command, sequence)
+    }
+
+    /// Gives a command to another task, if none is open.
+    fn order<T>(
         &mut self,
-        command: sampling::Command,
+        to: &'static Channel<Guard, T, 1>,
+        command: T,
         sequence: u16,
     ) -> Result<Outcome, Refusal> {
-        self.check_idle()?;
-        let sent = self.exchange.to_sampling.try_send(command);
-        sent.map_err(|_| Refusal::Busy)?;
-        self.open = Some(sequence);
-        Ok(Outcome::Later)
-    }
-
-    fn to_storage(&mut self, command: storage::Command, sequence: u16) -> Result<Outcome, Refusal> {
-        self.check_idle()?;
-        let sent = self.exchange.to_storage.try_send(command);
-        sent.map_err(|_| Refusal::Busy)?;
-        self.open = Some(sequence);
-        Ok(Outcome::Later)
-    }
-
-    fn check_idle(&self) -> Result<(), Refusal> {
-        match self.open {
-            Some(_) => Err(Refusal::Busy),
-            None => Ok(()),
+        if self.open.is_some() || to.try_send(command).is_err() {
+            return Err(Refusal::Busy);
         }
+        self.open = Some(sequence);
+        Ok(Outcome::Later)
     }
 
     fn rate_hz(&mut self) -> u32 {

@@ -22,7 +22,8 @@ use super::exchange::{Active, Exchange};
 use super::pins::Irqs;
 use super::timing::STORAGE_HEARTBEAT;
 
-/// Bytes of bank 2 that hold the sets: eight pages, so that 10,000 erasures of a page last for 300,000 uploads.
+/// Bytes of bank 2 that hold the sets: eight pages, so that 10,000 erasures of a page last for more
+/// than 300,000 uploads.
 const ARCHIVE: Range<u32> = 0..8 * 2_048;
 
 /// What the link may ask of the storage. Each is answered once.
@@ -67,7 +68,7 @@ pub async fn store(flash: Peri<'static, FLASH>, board: [u8; 12], exchange: &'sta
     match storage.archive.newest().await {
         Ok(Some(stored)) => storage.activate(&stored),
         Ok(None) => defmt::info!("no coefficients yet"),
-        Err(_) => defmt::error!("the archive cannot be read"),
+        Err(error) => defmt::error!("archive: {}", defmt::Debug2Format(&error)),
     }
     loop {
         exchange.alive.storage.signal(());
@@ -166,7 +167,10 @@ impl Storage {
             .await
             .map_err(|error| match error {
                 ArchiveError::Record(error) => Refusal::Record(error),
-                _ => Refusal::Flash,
+                error => {
+                    defmt::error!("archive: {}", defmt::Debug2Format(&error));
+                    Refusal::Flash
+                }
             })?;
         self.activate(&stored);
         let (active, _) = self.active.as_ref().ok_or(Refusal::Flash)?;
