@@ -281,7 +281,11 @@ impl Machine {
             }
             self.context_mut().watched[bank] = watch;
         }
-        Ok(())
+        // What the emulator remembers of the pages' rights is out of date.
+        let pc = self.register(RegisterARM::PC);
+        self.uc
+            .ctl_flush_tlb()
+            .map_err(|error| Stop::Emulator(error, pc))
     }
 
     fn reset(&mut self, cause: ResetCause) {

@@ -10,6 +10,8 @@ use crate::peripherals::nvic::{BUS_FAULT, HARD_FAULT, INTERRUPTS, MEM_MANAGE, NM
 /// HFSR: a fault was escalated; a debug event without debugger.
 const FORCED: u32 = 1 << 30;
 const DEBUG_EVENT: u32 = 1 << 31;
+/// Thumb bit of xPSR.
+const THUMB: u32 = 1 << 24;
 
 /// An access that the memory map does not allow.
 #[derive(Debug, Clone, Copy)]
@@ -144,6 +146,10 @@ impl Machine {
             .bad_access
             .map_or(pc, |access| access.address);
         let fault = match error {
+            // Without the Thumb bit any instruction is invalid.
+            uc_error::INSN_INVALID if self.register(RegisterARM::XPSR) & THUMB == 0 => {
+                Fault::InvalidState
+            }
             uc_error::INSN_INVALID => Fault::UndefinedInstruction,
             uc_error::EXCEPTION => Fault::InvalidState,
             uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT => Fault::Fetch(address),

@@ -78,7 +78,9 @@ fn map_memories(uc: &mut Unicorn<'static, Context>, stub: &Block) -> Result<(), 
     for (base, size, rights, memory) in regions {
         // SAFETY: the memory belongs to blocks that live as long as the emulator: they are its data, or stand beside
         // it in `Machine`, declared after it and so dropped later. They are only ever accessed through raw copies.
-        unsafe { uc.mem_map_ptr(u64::from(base), size as u64, rights, memory.cast())? };
+        unsafe { uc.mem_map_ptr(u64::from(base), size as u64, Prot::ALL, memory.cast())? };
+        // Only a change of rights makes the emulator drop stores to memory that is not writable.
+        uc.mem_protect(u64::from(base), size as u64, rights)?;
     }
     Ok(())
 }

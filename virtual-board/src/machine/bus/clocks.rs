@@ -2,14 +2,19 @@
 
 use super::Bus;
 use super::map::TIMERS;
+use crate::peripherals::rcc::Clocks;
 
 impl Bus {
-    /// The clock tree may have changed: tells everyone whom it concerns.
+    /// The clock tree may have changed.
     pub(super) fn change_clocks(&mut self) {
         let clocks = self.rcc.clocks();
-        if clocks == self.clocks {
-            return;
+        if clocks != self.clocks {
+            self.apply_clocks(clocks);
         }
+    }
+
+    /// Tells everyone how the clock tree is now.
+    pub(super) fn apply_clocks(&mut self, clocks: Clocks) {
         let now = self.now;
         self.clocks = clocks;
         self.clock_changed = true;

@@ -128,7 +128,8 @@ impl Bus {
         let rcc = Rcc::new(ResetCause::PowerOn);
         let mut ram = Block::new(RAM_SIZE);
         fill(&mut ram, seeded(Stream::PowerOnRam as u64));
-        Self {
+        let clocks = rcc.clocks();
+        let mut bus = Self {
             now: 0,
             timebase,
             nvic: Nvic::default(),
@@ -145,7 +146,7 @@ impl Bus {
             reset_request: None,
             clock_changed: false,
             flash_file_failure: None,
-            clocks: rcc.clocks(),
+            clocks,
             rcc,
             pwr: Pwr::default(),
             syscfg: Syscfg::default(),
@@ -168,7 +169,9 @@ impl Bus {
             deadlines: [NEVER; SOURCES],
             next_deadline: NEVER,
             parameters,
-        }
+        };
+        bus.apply_clocks(clocks);
+        bus
     }
 
     /// A warm reset: everything but the memories, the line and the pins starts again.
