@@ -131,10 +131,9 @@ impl Path {
     /// Waits for the first reading of the supply, without which a count means little.
     async fn new(exchange: &'static Exchange, blocks: Blocks) -> Self {
         // The exchange has a receiver for this task, which starts once.
-        let mut supply = exchange.supply.receiver().expect("a receiver is left");
+        let supply = exchange.supply.receiver().expect("a receiver is left");
         let active = exchange.active.receiver().expect("a receiver is left");
-        supply.get().await;
-        let path = Self {
+        let mut path = Self {
             exchange,
             blocks,
             supply,
@@ -148,6 +147,7 @@ impl Path {
             },
         };
         path.publish();
+        path.supply.get().await;
         path
     }
 

@@ -10,7 +10,8 @@
 //!
 //! (RM0440, 21.4.31 and 21.4.33; calibration words in the data sheet DS12288, 3.18.) A count's supply error multiplies
 //! half of the full scale, so c must be known far better than one conversion gives it: each reading is the sum of
-//! 256 conversions, and readings are smoothed over about 1.5 s.
+//! 256 conversions; the first sixteen readings follow each other in 0.2 s and are averaged, and from then on each
+//! enters by a sixteenth, a low-pass of 1.6 s.
 
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
 use embassy_stm32::pac;
@@ -20,6 +21,9 @@ use hexsense::sampling::NOMINAL_SUPPLY_V;
 use super::exchange::Exchange;
 use super::pins::{self, Irqs};
 use super::timing::{INTERNAL_START, SUPPLY_PERIOD};
+
+/// Readings that make up the mean.
+const AVERAGED: u8 = 16;
 
 /// The smoothed supply and temperature.
 #[derive(Clone, Copy, defmt::Format)]
@@ -31,6 +35,13 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// Moves towards a new reading by one part in `parts`: the mean, as long as `parts` counts the readings.
+    fn approach(&mut self, new: Self, parts: u8) {
+        let weight = 1.0 / f32::from(parts);
+        self.vdda_v += weight * (new.vdda_v - self.vdda_v);
+        self.temperature_c += weight * (new.temperature_c - self.temperature_c);
+    }
+
     /// The supply factor c of [`hexsense::sampling`].
     pub fn factor(self) -> f32 {
         self.vdda_v / NOMINAL_SUPPLY_V
@@ -95,7 +106,11 @@ pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! 
     let mut temperature = adc.enable_temperature().degrade_adc::<'static>();
     Timer::after(INTERNAL_START).await;
     let factory = Factory::read();
-    let mut smoothed: Option<Reading> = None;
+    let mut mean = Reading {
+        vdda_v: 0.0,
+        temperature_c: 0.0,
+    };
+    let mut readings = 0;
     let mut codes = [0u16; 3];
     let mut ticker = Ticker::every(SUPPLY_PERIOD);
     loop {
@@ -107,18 +122,11 @@ pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! 
         adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
             .await;
         let [_, vrefint_code, temperature_code] = codes;
-        let reading = smooth(smoothed, factory.convert(vrefint_code, temperature_code));
-        smoothed = Some(reading);
-        latest.send(reading);
-        ticker.next().await;
+        readings = (readings + 1).min(AVERAGED);
+        mean.approach(factory.convert(vrefint_code, temperature_code), readings);
+        latest.send(mean);
+        if readings == AVERAGED {
+            ticker.next().await;
+        }
     }
-}
-
-/// First-order low-pass over sixteen readings, which starts at the first.
-fn smooth(before: Option<Reading>, new: Reading) -> Reading {
-    const WEIGHT: f32 = 1.0 / 16.0;
-    before.map_or(new, |before| Reading {
-        vdda_v: before.vdda_v + WEIGHT * (new.vdda_v - before.vdda_v),
-        temperature_c: before.temperature_c + WEIGHT * (new.temperature_c - before.temperature_c),
-    })
 }
