@@ -21,7 +21,7 @@
 //!
 //! This turns by 2·atan(|w|/2), to third order the angle |w|, without sine and cosine.
 
-use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, convert};
+use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, convert, convert_unchecked};
 
 use super::{
     geometry::Geometry,
@@ -49,6 +49,8 @@ pub(super) struct Home<T: RealField + Copy> {
     pub upper: [Six<T>; 3],
     pub jacks: [Six<T>; 3],
     lengths: Six<T>,
+    /// ½·(l° as rounded squared − l°²), m².
+    offsets: Six<T>,
     /// Factors of the matrix with rows d_k, c_k × d_k at home.
     pub factors: Factors<T>,
     /// Mean square of |b_k|, m²: a turn of w moves the upper hinges by about this much times |w|².
@@ -62,32 +64,49 @@ pub(super) struct Placed<T> {
 }
 
 impl<T: RealField + Copy> Home<T> {
-    pub fn new(geometry: &Geometry<T>) -> Self {
+    /// Everything is computed in double precision and rounded once.
+    pub fn new(geometry: &Geometry<f64>) -> Self {
         let pose = geometry.home();
         let d = jacks(geometry, &pose);
-        let by_coordinate = |v: &[Vector3<T>; 6]| [0, 1, 2].map(|axis| Six(v.map(|v| v[axis])));
+        let by_coordinate = |v: &[Vector3<f64>; 6]| [0, 1, 2].map(|axis| Six(v.map(|v| v[axis])));
         let (upper, jacks) = (by_coordinate(geometry.upper()), by_coordinate(&d));
-        let rows = Rows {
+        let moment = cross(&upper, &jacks);
+        let order = Rows {
             direction: jacks,
-            moment: cross(&upper, &jacks),
+            moment,
+        }
+        .best_order();
+        let rounded = |v: Triple<Six<f64>>| v.map(|v| v.ordered(&order).rounded());
+        let (upper, jacks, moment) = (rounded(upper), rounded(jacks), rounded(moment));
+        let lengths: [T; 6] = order.map(|k| convert(d[k].norm()));
+        let offset = |place: usize| {
+            let length: f64 = convert_unchecked(lengths[place]);
+            convert(0.5 * (length * length - d[order[place]].norm_squared()))
         };
-        let order = rows.best_order();
         Self {
-            pose,
+            pose: Pose {
+                position: pose.position.map(convert),
+                rotation: UnitQuaternion::identity(),
+            },
             order,
-            upper: upper.map(|b| b.ordered(&order)),
-            jacks: jacks.map(|d| d.ordered(&order)),
-            lengths: Six(order.map(|k| d[k].norm())),
-            factors: rows.ordered(&order).factor(),
+            upper,
+            jacks,
+            lengths: Six(lengths),
+            offsets: Six([0, 1, 2, 3, 4, 5].map(offset)),
+            factors: Rows {
+                direction: jacks,
+                moment,
+            }
+            .factor(),
             radius_squared: dot(&upper, &upper).sum() / convert(6.0),
         }
     }
 
-    /// The part of F that the lengths determine, (l_k − l°_k)·½(l_k + l°_k), in home's order of jacks, m².
+    /// The part of F that the lengths determine, ½·(l_k² − l°_k²), in home's order of jacks, m².
     #[inline(always)]
     pub fn demand(&self, lengths: &[T; 6]) -> Six<T> {
         let excess = Six(*lengths).ordered(&self.order) - self.lengths;
-        excess * (self.lengths + excess * convert::<f64, T>(0.5))
+        excess * (self.lengths + excess * convert::<f64, T>(0.5)) + self.offsets
     }
 
     /// The excursion that leads to `pose`.

@@ -67,13 +67,15 @@ struct Task<'a, T> {
 type Way<T> = fn(&Home<T>, Excursion<T>, &Six<T>, T, &mut u32) -> Result<Arrival<T>, Stuck<T>>;
 
 impl<T: RealField + Copy> Solver<T> {
-    /// A solver for `geometry`.
-    pub fn new(geometry: &Geometry<T>, options: Options<T>) -> Self {
-        let home = Home::new(geometry);
+    /// A solver for `geometry`. What it needs to know of the base is computed here, once, in double precision, whatever
+    /// precision it solves in.
+    pub fn new(geometry: &Geometry<f64>, options: Options<T>) -> Self {
+        let home: Home<T> = Home::new(geometry);
+        let geometry: Geometry<T> = geometry.cast();
         let radius = home.radius_squared.sqrt();
         let last_place = T::default_epsilon() * geometry.length_max_m();
         Self {
-            geometry: *geometry,
+            geometry,
             options,
             tolerance_m: options.tolerance_m.max(last_place * convert(4.0)),
             condition_scale: home.radius_squared

@@ -15,7 +15,8 @@
 
 use core::fmt;
 
-use nalgebra::{RealField, UnitQuaternion, Vector3};
+use nalgebra::{RealField, UnitQuaternion, Vector3, convert};
+
 use thiserror::Error;
 
 use super::{
@@ -161,7 +162,7 @@ impl<T: RealField + Copy> Geometry<T> {
                 length_max: length_max_m,
             });
         }
-        let half: T = nalgebra::convert(0.5);
+        let half: T = convert(0.5);
         let home_height_m = match home_height_m {
             Some(height) => finite(height, GeometryItem::HomeHeight)?,
             None => mid_stroke_height(&lower, &upper, (length_min_m + length_max_m) * half)?,
@@ -191,7 +192,7 @@ impl<T: RealField + Copy> Geometry<T> {
             }
         }
         let condition = condition(&jacobian(self, &home));
-        if condition > nalgebra::convert(HOME_CONDITION_LIMIT) {
+        if condition > convert(HOME_CONDITION_LIMIT) {
             return Err(GeometryError::HomeSingular {
                 home_height: self.home_height_m,
                 condition,
@@ -222,7 +223,7 @@ impl<T: RealField + Copy> Geometry<T> {
 
     /// Length at mid-stroke, l_mid = (l_max + l_min)/2, that displacements are counted from, m.
     pub fn mid_length_m(&self) -> T {
-        (self.length_max_m + self.length_min_m) * nalgebra::convert(0.5)
+        (self.length_max_m + self.length_min_m) * convert(0.5)
     }
 
     /// Height of O above the origin of the earth frame at home, m.
@@ -235,6 +236,19 @@ impl<T: RealField + Copy> Geometry<T> {
         Pose {
             position: Vector3::new(T::zero(), self.home_height_m, T::zero()),
             rotation: UnitQuaternion::identity(),
+        }
+    }
+}
+
+impl Geometry<f64> {
+    /// The same base with its numbers rounded to another precision.
+    pub fn cast<T: RealField + Copy>(&self) -> Geometry<T> {
+        Geometry {
+            lower: self.lower.map(|hinge| hinge.map(convert)),
+            upper: self.upper.map(|hinge| hinge.map(convert)),
+            length_min_m: convert(self.length_min_m),
+            length_max_m: convert(self.length_max_m),
+            home_height_m: convert(self.home_height_m),
         }
     }
 }
@@ -265,7 +279,7 @@ fn mid_stroke_height<T: RealField + Copy>(
     upper: &[Vector3<T>; 6],
     mid_length: T,
 ) -> Result<T, GeometryError<T>> {
-    let sixth: T = nalgebra::convert(1.0 / 6.0);
+    let sixth: T = convert(1.0 / 6.0);
     let mut offset = T::zero();
     let mut square = T::zero();
     for (a, b) in lower.iter().zip(upper) {

@@ -26,13 +26,13 @@ pub struct Options<T> {
 }
 
 impl<T: RealField + Copy> Default for Options<T> {
-    /// 1e-10 m, 200 iterations, condition number 1e6, 1 µm outside the stroke, and jumps of 0.05 m and 0.05 rad: at
+    /// 1e-10 m, 200 iterations, condition number 1e5, 1 µm outside the stroke, and jumps of 0.05 m and 0.05 rad: at
     /// 1 kHz no base moves a hundredth of that between samples.
     fn default() -> Self {
         Self {
             tolerance_m: convert(1e-10),
             max_iterations: 200,
-            max_condition: convert(1e6),
+            max_condition: convert(1e5),
             stroke_margin_m: convert(1e-6),
             jump_m: convert(0.05),
             jump_rad: convert(0.05),
@@ -50,7 +50,7 @@ pub struct Solution<T: RealField + Copy> {
     /// Upper bound of the greatest difference between a wanted length and that of the pose, m, as measured before the
     /// last correction.
     pub residual_m: T,
-    /// Upper bound of the condition number of the Jacobian, at most 20 times the number itself on a sound base.
+    /// Upper bound of the condition number of the Jacobian, for a base of some metres within ten times the number.
     /// [`Solver::condition`] computes the number.
     pub condition_bound: T,
 }

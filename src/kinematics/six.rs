@@ -58,6 +58,13 @@ impl<T: RealField + Copy> Six<T> {
     }
 }
 
+impl Six<f64> {
+    /// The same numbers in the precision of the solver.
+    pub fn rounded<T: RealField + Copy>(self) -> Six<T> {
+        Six(self.0.map(nalgebra::convert))
+    }
+}
+
 impl<T: RealField + Copy> Add for Six<T> {
     type Output = Self;
     #[inline(always)]

@@ -1,0 +1,83 @@
+//! The board's precision: `f32` against `f64`.
+
+use hexsense::kinematics::forward::{Options, Solver};
+use hexsense::kinematics::{Pose, inverse};
+use nalgebra::UnitQuaternion;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::bases::{disturbed, joined_to_home, presets};
+
+/// Greatest error of the position that the board may add, m; of the rotation, rad.
+const ALLOWED: f64 = 5e-7;
+
+fn to_single(pose: &Pose<f64>) -> Pose<f32> {
+    Pose {
+        position: pose.position.cast(),
+        rotation: pose.rotation.cast(),
+    }
+}
+
+fn to_double(pose: &Pose<f32>) -> Pose<f64> {
+    let rotation = UnitQuaternion::new_normalize(pose.rotation.into_inner().cast());
+    Pose {
+        position: pose.position.cast(),
+        rotation,
+    }
+}
+
+/// Both get the same lengths, rounded to single precision; the double one has the geometry as the file says it.
+#[test]
+fn single_precision_costs_less_than_half_a_micrometre() {
+    let mut random = ChaCha8Rng::seed_from_u64(30);
+    for (name, geometry) in presets() {
+        let tolerant = Options {
+            stroke_margin_m: 1e-5,
+            ..Options::default()
+        };
+        let exact = Solver::new(&geometry, tolerant);
+        let board = Solver::<f32>::new(
+            &geometry,
+            Options {
+                stroke_margin_m: 1e-5,
+                ..Options::default()
+            },
+        );
+        let stroke = geometry.length_max_m() - geometry.length_min_m();
+        for _ in 0..5000 {
+            let pose = joined_to_home(&geometry, stroke, 1.0, &mut random);
+            if exact.condition(&pose) > 8.0 {
+                continue;
+            }
+            let lengths = inverse(&geometry, &pose).map(|length| length as f32);
+            let truth = exact.solve(&lengths.map(f64::from)).unwrap().pose;
+            let last = to_single(&disturbed(&pose, 2e-3, 2e-3, &mut random));
+            for solution in [
+                board.solve(&lengths).unwrap(),
+                board.track(&lengths, &last).unwrap(),
+            ] {
+                let (distance, angle) = to_double(&solution.pose).distance(&truth);
+                assert!(
+                    distance < ALLOWED && angle < ALLOWED,
+                    "{name}: {distance} {angle} {solution:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_stays_true_over_an_hour_of_tracking() {
+    let (_, geometry) = presets()[0];
+    let board = Solver::<f32>::new(&geometry, Options::default());
+    let mut random = ChaCha8Rng::seed_from_u64(31);
+    let mut last = geometry.cast::<f32>().home();
+    for _ in 0..360_000 {
+        let pose = disturbed(&geometry.home(), 0.01, 0.01, &mut random);
+        let lengths = inverse(&geometry, &pose).map(|length| length as f32);
+        last = board.track(&lengths, &last).unwrap().pose;
+        let norm = last.rotation.quaternion().norm();
+        assert!((norm - 1.0).abs() < 1e-6, "{norm}");
+        assert!(to_double(&last).distance(&pose).0 < 2.0 * ALLOWED);
+    }
+}
