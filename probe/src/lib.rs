@@ -11,6 +11,7 @@
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
 //! | [`coefficient_file`] | a coefficient set that people can read |
+//! | [`report`] | all of it on one page, for whoever must trust the coefficients |
 //! | [`cli`] | the commands |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
@@ -25,4 +26,5 @@ pub mod link;
 pub mod motion;
 pub mod plan;
 pub mod record;
+pub mod report;
 pub mod sensor_file;

@@ -203,7 +203,10 @@ impl Condensed {
     }
 
     /// Means and true specific forces of all holds.
-    fn holds(&self, belief: &Belief) -> Result<Vec<Hold>, AnalysisError> {
+    ///
+    /// # Errors
+    /// [`AnalysisError::Pose`] and [`AnalysisError::Tolerance`].
+    pub fn holds(&self, belief: &Belief) -> Result<Vec<Hold>, AnalysisError> {
         let mut holds = Vec::new();
         for (run, hold_run) in self.hold_runs.iter().enumerate() {
             for rest in &hold_run.holds {

@@ -1,0 +1,308 @@
+//! A figure as SVG: panels with axes, and lines, bands, dots and bars in them.
+//!
+//! Places are in pixels of the page's column, [`WIDTH`] wide, from the upper left corner. How things look is decided
+//! by class names in `style.css`. Paths are written in tenths of a pixel, each point relative to the one before, which
+//! makes curves small; `class="tenths"` scales them back.
+
+use std::fmt::Write as _;
+
+use super::curve::{Point, Stretch};
+use super::page::text;
+use super::scale::Scale;
+
+/// Width of every figure, pixels.
+pub const WIDTH: f64 = 900.0;
+
+/// A figure that grows by what is drawn.
+pub struct Drawing {
+    height: f64,
+    title: String,
+    body: String,
+}
+
+/// A field with two scales.
+#[derive(Debug, Clone, Copy)]
+pub struct Panel<'a> {
+    /// Left edge, pixels.
+    pub left: f64,
+    /// Upper edge, pixels.
+    pub top: f64,
+    /// Width, pixels.
+    pub width: f64,
+    /// Height, pixels.
+    pub height: f64,
+    /// Scale to the right.
+    pub x: &'a Scale,
+    /// Scale upwards.
+    pub y: &'a Scale,
+}
+
+impl Panel<'_> {
+    fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    fn at(&self, (x, y): Point) -> Point {
+        (
+            self.left + self.x.place(x) * self.width,
+            self.bottom() - self.y.place(y) * self.height,
+        )
+    }
+}
+
+/// Where a text is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// At its first letter.
+    Start,
+    /// At its middle.
+    Middle,
+    /// At its last letter.
+    End,
+}
+
+impl Drawing {
+    /// An empty figure; `title` is what a screen reader says.
+    #[must_use]
+    pub fn new(title: &str, height: f64) -> Self {
+        Self {
+            height,
+            title: title.to_owned(),
+            body: String::new(),
+        }
+    }
+
+    /// The figure as an `svg` element.
+    #[must_use]
+    pub fn finish(self) -> String {
+        format!(
+            "<svg viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\"><title>{}</title>{}</svg>\n",
+            self.height,
+            text(&self.title),
+            self.body
+        )
+    }
+
+    /// Frame, grid and ticks of a panel; labels of ticks only where asked for.
+    pub fn panel(&mut self, panel: &Panel, label_x: bool, label_y: bool) {
+        let (left, right, top, bottom) = (panel.left, panel.right(), panel.top, panel.bottom());
+        let mut grid = String::new();
+        for (place, label) in panel.x.ticks() {
+            let x = left + place * panel.width;
+            let _ = write!(grid, "M{x:.1} {top:.1}V{bottom:.1}");
+            if label_x {
+                self.text(x, bottom + 15.0, Anchor::Middle, "tick", &label);
+            }
+        }
+        for (place, label) in panel.y.ticks() {
+            let y = bottom - place * panel.height;
+            let _ = write!(grid, "M{left:.1} {y:.1}H{right:.1}");
+            if label_y {
+                self.text(left - 6.0, y + 4.0, Anchor::End, "tick", &label);
+            }
+        }
+        let _ = write!(
+            self.body,
+            "<path class=\"grid\" d=\"{grid}\"/><path class=\"frame\" d=\"M{left:.1} {top:.1}V{bottom:.1}H{right:.1}\"/>"
+        );
+    }
+
+    /// A line of text.
+    pub fn text(&mut self, x: f64, y: f64, anchor: Anchor, class: &str, content: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "",
+            Anchor::Middle => " text-anchor=\"middle\"",
+            Anchor::End => " text-anchor=\"end\"",
+        };
+        let _ = write!(
+            self.body,
+            "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\"{anchor}>{}</text>",
+            text(content)
+        );
+    }
+
+    /// The name of a panel, above it.
+    pub fn name(&mut self, panel: &Panel, name: &str) {
+        self.text(panel.left, panel.top - 7.0, Anchor::Start, "name", name);
+    }
+
+    /// What a panel's y axis is, written upwards `distance` pixels left of it.
+    pub fn y_title(&mut self, panel: &Panel, distance: f64, content: &str) {
+        let (x, y) = (panel.left - distance, panel.top + panel.height / 2.0);
+        let _ = write!(
+            self.body,
+            "<text class=\"axis\" text-anchor=\"middle\" transform=\"translate({x:.1} {y:.1}) rotate(-90)\">{}</text>",
+            text(content)
+        );
+    }
+
+    /// What a panel's x axis is, under its ticks.
+    pub fn x_title(&mut self, panel: &Panel, content: &str) {
+        let middle = panel.left + panel.width / 2.0;
+        self.text(
+            middle,
+            panel.bottom() + 31.0,
+            Anchor::Middle,
+            "axis",
+            content,
+        );
+    }
+
+    /// A curve through `points`.
+    pub fn line(&mut self, panel: &Panel, class: &str, points: &[Point]) {
+        let path = path(points.iter().map(|point| panel.at(*point)));
+        self.tenths(&format!("line {class}"), &path);
+    }
+
+    /// A filled band.
+    pub fn band(&mut self, panel: &Panel, class: &str, stretches: &[Stretch]) {
+        let upper = stretches.iter().map(|(x, _, high)| panel.at((*x, *high)));
+        let lower = stretches.iter().map(|(x, low, _)| panel.at((*x, *low)));
+        let path = path(upper.chain(lower.rev()));
+        self.tenths(&format!("band {class}"), &path);
+    }
+
+    fn tenths(&mut self, class: &str, path: &str) {
+        let _ = write!(
+            self.body,
+            "<path class=\"tenths {class}\" transform=\"scale(.1)\" d=\"{path}\"/>"
+        );
+    }
+
+    /// A straight line across the panel at `y`.
+    pub fn level(&mut self, panel: &Panel, class: &str, y: f64) {
+        let (_, y) = panel.at((0.0, y));
+        let (left, right) = (panel.left, panel.right());
+        let _ = write!(
+            self.body,
+            "<path class=\"level {class}\" d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
+        );
+    }
+
+    /// A dot at each point: round, or square where `square`.
+    pub fn dots(&mut self, panel: &Panel, class: &str, square: bool, points: &[Point]) {
+        for point in points {
+            let (x, y) = panel.at(*point);
+            self.dot(x, y, class, square);
+        }
+    }
+
+    /// A dot at a place of the figure.
+    pub fn dot(&mut self, x: f64, y: f64, class: &str, square: bool) {
+        let _ = if square {
+            let (left, top) = (x - 3.0, y - 3.0);
+            write!(
+                self.body,
+                "<rect class=\"dot {class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"6\" height=\"6\"/>"
+            )
+        } else {
+            write!(
+                self.body,
+                "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.3\"/>"
+            )
+        };
+    }
+
+    /// A straight line between two places of the figure.
+    pub fn segment(&mut self, class: &str, from: Point, to: Point) {
+        let _ = write!(
+            self.body,
+            "<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
+            from.0, from.1, to.0, to.1
+        );
+    }
+
+    /// A bar from the panel's foot up to `point`, `width` pixels wide.
+    pub fn bar(&mut self, panel: &Panel, class: &str, width: f64, point: Point) {
+        let (x, y) = panel.at(point);
+        let (left, height) = (x - width / 2.0, panel.bottom() - y);
+        let _ = write!(
+            self.body,
+            "<rect class=\"bar {class}\" x=\"{left:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
+        );
+    }
+
+    /// Samples of classes with what they stand for, side by side from `left` on.
+    pub fn legend(&mut self, left: f64, y: f64, entries: &[(Sample, &str, &str)]) {
+        let mut x = left;
+        for (sample, class, label) in entries {
+            let (end, middle, top) = (x + 24.0, y - 4.0, y - 8.5);
+            let _ = match sample {
+                Sample::Line => write!(
+                    self.body,
+                    "<path class=\"sample {class}\" d=\"M{x:.1} {middle:.1}H{end:.1}\"/>"
+                ),
+                Sample::Band => write!(
+                    self.body,
+                    "<rect class=\"band {class}\" x=\"{x:.1}\" y=\"{top:.1}\" width=\"24\" height=\"9\"/>"
+                ),
+                Sample::Dot | Sample::Square => {
+                    self.dot(x + 18.0, middle, class, *sample == Sample::Square);
+                    Ok(())
+                }
+            };
+            self.text(end + 6.0, y, Anchor::Start, "key", label);
+            // A letter of the legend is about 6.3 pixels wide.
+            x = end + 28.0 + 6.3 * label.chars().count() as f64;
+        }
+    }
+}
+
+/// What stands before an entry of a legend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sample {
+    /// A line.
+    Line,
+    /// A band.
+    Band,
+    /// A round dot.
+    Dot,
+    /// A square dot.
+    Square,
+}
+
+/// Path data in tenths of a pixel; points that fall on the one before are left out.
+fn path(points: impl Iterator<Item = Point>) -> String {
+    let tenths = points.map(|(x, y)| ((x * 10.0).round() as i32, (y * 10.0).round() as i32));
+    let mut path = String::new();
+    let mut last: Option<(i32, i32)> = None;
+    for (x, y) in tenths {
+        let _ = match last {
+            None => write!(path, "M{x} {y}l"),
+            Some(last) if last == (x, y) => continue,
+            // A minus sign separates by itself.
+            Some((last_x, last_y)) => {
+                let (dx, dy) = (x - last_x, y - last_y);
+                let before = if dx < 0 || path.ends_with('l') {
+                    ""
+                } else {
+                    " "
+                };
+                let between = if dy < 0 { "" } else { " " };
+                write!(path, "{before}{dx}{between}{dy}")
+            }
+        };
+        last = Some((x, y));
+    }
+    if path.ends_with('l') {
+        path.push_str("0 0");
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_names_every_point_relative_to_the_one_before() {
+        let points = [(0.0, 1.0), (1.0, 0.5), (0.5, 0.5), (0.5, 0.5), (2.0, 2.0)];
+        assert_eq!(path(points.into_iter()), "M0 10l10-5-5 0 15 15");
+        assert_eq!(path([(1.0, 1.0)].into_iter()), "M10 10l0 0");
+        assert_eq!(path(std::iter::empty()), "");
+    }
+}

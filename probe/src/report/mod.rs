@@ -1,0 +1,112 @@
+//! The report of a campaign: what a laboratory shows to whoever must trust its coefficients.
+//!
+//! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it, `hexsense
+//! verify` writes it again with the held-out movement.
+//!
+//! | section | file |
+//! |---|---|
+//! | offsets, sensitivities, matrices, delays | [`channels`] |
+//! | head, conditions, runs | [`conditions`], [`base`] |
+//! | the verdict and the held-out movement | [`held_out`] |
+//! | where the uncertainty comes from | [`budgets`] |
+//! | jack displacement, calculated and registered | [`jacks`] |
+//! | accelerometers on the holds | [`holds`] |
+//! | sensor signals with the fitted harmonics | [`signals`] |
+//! | the board's own harmonics beside the host's | [`board_sums`] |
+//! | the motion system: command to pose | [`motion`] |
+//!
+//! Below them: [`page`] makes the file, [`drawing`], [`scale`] and [`curve`] the figures, [`number`] the digits.
+
+pub mod base;
+pub mod board_sums;
+pub mod budgets;
+pub mod channels;
+pub mod conditions;
+pub mod curve;
+pub mod drawing;
+pub mod held_out;
+pub mod holds;
+pub mod jacks;
+pub mod motion;
+pub mod number;
+pub mod page;
+pub mod scale;
+pub mod signals;
+
+use hexsense::store::CoefficientSet;
+
+use crate::analysis::condense::Sweep;
+use crate::analysis::held_out::{ChannelVerdict, HeldOut};
+use crate::analysis::results::Analysis;
+use crate::analysis::{AnalysisError, Run};
+use crate::campaign::{BoardRecord, Campaign, RunRecord};
+use page::{Page, text};
+
+/// What a report is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct ReportInput<'a> {
+    /// The folder with its plan, geometry and sensor file.
+    pub campaign: &'a Campaign,
+    /// The board as noted in the folder.
+    pub board: &'a BoardRecord,
+    /// The coefficient set that came out.
+    pub set: &'a CoefficientSet,
+    /// The runs that were analysed.
+    pub runs: &'a [Run],
+    /// What is known of all recorded runs beside their scans.
+    pub records: &'a [RunRecord],
+    /// What the analysis of `runs` brought forth.
+    pub analysis: &'a Analysis,
+    /// The held-out movement, once it is recorded.
+    pub verified: Option<Verified<'a>>,
+}
+
+/// The held-out movement and how the channels did on it.
+#[derive(Debug, Clone, Copy)]
+pub struct Verified<'a> {
+    /// The run.
+    pub run: &'a Run,
+    /// Its values and their reference.
+    pub curves: &'a HeldOut,
+    /// One verdict for each channel.
+    pub verdicts: &'a [ChannelVerdict],
+}
+
+impl ReportInput<'_> {
+    /// All sine runs of the analysis.
+    fn sweeps(&self) -> impl Iterator<Item = &Sweep> {
+        let condensed = &self.analysis.condensed;
+        std::iter::once(&condensed.heave).chain(&condensed.turns)
+    }
+
+    /// The analysed run of this name.
+    fn run(&self, name: &str) -> Option<&Run> {
+        self.runs.iter().find(|run| run.name == name)
+    }
+}
+
+/// The report as the text of an HTML file.
+///
+/// # Errors
+/// [`AnalysisError`] when a run of `input` has gaps, its jacks give no pose, or the set cannot be encoded; a campaign
+/// that was analysed has none of these.
+pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
+    let mut page = Page::default();
+    channels::results(&mut page, input);
+    conditions::section(&mut page, input)?;
+    held_out::section(&mut page, input)?;
+    channels::matrices(&mut page, input);
+    budgets::section(&mut page, input);
+    jacks::section(&mut page, input)?;
+    holds::section(&mut page, input)?;
+    signals::section(&mut page, input)?;
+    board_sums::section(&mut page, input);
+    motion::section(&mut page, input)?;
+    let title = format!("Calibration report, {}", input.campaign.geometry.name);
+    Ok(page.finish(&title, &conditions::head(input)?))
+}
+
+/// Digits that are read one by one.
+fn code(content: &str) -> String {
+    format!("<code>{}</code>", text(content))
+}
