@@ -92,13 +92,18 @@ impl Bench {
     }
 }
 
-/// The board's sums of a run are those that its capture gives.
+/// The board's sums of a run are those that its capture gives, over whole periods at full amplitude.
 fn assert_replay(campaign: &Campaign, run: &str) {
     let (record, capture) = (
         campaign.record(run).unwrap(),
         campaign.capture(run).unwrap(),
     );
     let sums = record.board_sums.unwrap();
+    let (_, sine) = campaign.plan.run(run).unwrap().single_sine().unwrap();
+    let start_s = (sums.first_scan - record.onset_scan.unwrap()) as f64 * 1e-3;
+    let length_s = f64::from(sums.drive.blocks) * BLOCK as f64 * 1e-3;
+    assert!(start_s > sine.fade_s && (start_s - sine.estimate_start_s()).abs() < 0.2);
+    assert!((length_s - sine.estimate_s).abs() < 0.016);
     let start = capture
         .scans
         .iter()

@@ -92,6 +92,14 @@ fn a_lost_answer_is_asked_for_again() {
 }
 
 #[test]
+fn an_answer_that_comes_too_late_is_not_taken_for_another_one() {
+    let board = board(|board| board.fault = Fault::DelayAnswer(2));
+    let mut client = connect(&board).unwrap();
+    client.identity().unwrap();
+    assert_eq!(client.status().unwrap().rate_hz, fake::RATE_HZ);
+}
+
+#[test]
 fn a_silent_board_is_reported_within_five_seconds() {
     let board = board(|board| board.fault = Fault::SilentFrom(2));
     let mut client = connect(&board).unwrap();

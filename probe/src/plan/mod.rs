@@ -36,8 +36,8 @@ pub use entries::{Freedom, RampsEntry, Shape, SineEntry};
 
 /// Most signals of one run: one for each degree of freedom.
 const MAX_SIGNALS: usize = 6;
-/// Longest stretch that a plan may hold, s.
-const LONGEST_S: f64 = 3600.0;
+/// Longest run, s.
+const LONGEST_S: f64 = 1800.0;
 
 /// What a campaign will do, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ impl Plan {
     /// [`FileError::Syntax`] and [`FileError::Value`].
     pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         let plan: Self = files::from_toml(file, text)?;
-        files::within(file, "period_s", plan.period_s, 1e-4..=0.1)?;
+        files::within(file, "period_s", plan.period_s, 1e-3..=0.1)?;
         for (index, run) in plan.runs.iter().enumerate() {
             run.check(file)?;
             if plan.runs[..index]
@@ -212,6 +212,8 @@ impl Run {
             .try_for_each(|entry| entry.check(file, &self.name))?;
         self.sine
             .iter()
-            .try_for_each(|entry| entry.check(file, &self.name))
+            .try_for_each(|entry| entry.check(file, &self.name))?;
+        let key = format!("run {}: length in seconds", self.name);
+        files::within(file, &key, self.duration_s(), 0.1..=LONGEST_S).map(drop)
     }
 }

@@ -32,6 +32,8 @@ pub enum Fault {
     None,
     /// The request is carried out, and its answer is lost.
     LoseAnswer(u32),
+    /// The request is carried out, and its answer comes only with that of the next one.
+    DelayAnswer(u32),
     /// The request is carried out, and its answer arrives with a bit changed.
     DamageAnswer(u32),
     /// The line is cut when this request comes.
@@ -56,6 +58,7 @@ pub struct FakeBoard {
     pub lose_blocks: std::ops::Range<u64>,
     source: Box<dyn Source>,
     requests: u32,
+    late: Vec<u8>,
     deframer: Deframer<MAX_FRAME>,
     active: Option<(ActiveSet, CoefficientSet, Vec<u8>)>,
     upload: Option<(u16, SetId, Vec<u8>)>,
@@ -78,6 +81,7 @@ impl FakeBoard {
             lose_blocks: 0..0,
             source,
             requests: 0,
+            late: Vec::new(),
             deframer: Deframer::default(),
             active: None,
             upload: None,
@@ -126,6 +130,11 @@ impl FakeBoard {
                 },
                 _ => continue,
             };
+            if self.fault == Fault::DelayAnswer(self.requests) && kind == Kind::Request {
+                self.late = buffer[..length].to_vec();
+                continue;
+            }
+            out.append(&mut self.late);
             if self.fault == Fault::DamageAnswer(self.requests) && kind == Kind::Request {
                 buffer[length / 2] ^= 0x10;
             }
