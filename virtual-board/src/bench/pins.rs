@@ -295,7 +295,9 @@ impl Twin {
 
     fn value(&mut self, column: usize, at_s: f64) -> f64 {
         let position = (at_s / self.step_s).max(0.0);
-        while position > (self.received * self.chunk_steps) as f64 && self.failure.is_none() {
+        let chunk_steps = self.chunk_steps;
+        let known = |received: usize| received > 0 && position <= (received * chunk_steps) as f64;
+        while !known(self.received) && self.failure.is_none() {
             if let Err(source) = self.fetch() {
                 self.failure = Some(PinsError::Lost { at_s, source });
             }
