@@ -141,6 +141,9 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     let set = hexsense_probe::coefficient_file::load(Path::new(&file)).unwrap();
     assert_eq!(set.unix_s, 1_780_000_000);
 
+    let early = String::from_utf8(bench.record("verify").stderr).unwrap();
+    assert!(early.contains("the board has no coefficients"), "{early}");
+
     assert!(bench.hexsense(&["upload", "campaign"]).status.success());
     let shown = bench.hexsense(&["show", "--json"]).stdout;
     let shown: serde_json::Value = serde_json::from_slice(&shown).unwrap();
@@ -149,6 +152,8 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
 
     assert!(bench.record("verify").status.success());
     assert!(campaign.capture("held-out").unwrap().values.is_some());
+    let report = std::fs::read_to_string(campaign.folder.join("report.html")).unwrap();
+    assert!(report.contains("held-out") && report.contains("<svg"));
     let again = bench.record("calibrate");
     assert!(String::from_utf8_lossy(&again.stderr).contains("finished campaign"));
 }

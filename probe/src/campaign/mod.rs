@@ -11,6 +11,7 @@
 //! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
 //! results.json        the results with their uncertainties, see [`crate::analysis`]
 //! verification.json   how the held-out movement came out
+//! report.html         all of it for people, see [`crate::report`]
 //! ```
 //!
 //! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A campaign that broke off

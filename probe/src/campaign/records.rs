@@ -103,14 +103,6 @@ impl Campaign {
         write_json(&self.folder.join("results.json"), results)
     }
 
-    /// The results of the calibration.
-    ///
-    /// # Errors
-    /// [`FileError`], also when there are none yet.
-    pub fn results(&self) -> Result<Results, FileError> {
-        read_json(&self.folder.join("results.json"))
-    }
-
     /// Writes how the held-out movement came out.
     ///
     /// # Errors

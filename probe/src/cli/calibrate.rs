@@ -4,9 +4,9 @@ use clap::Args;
 use hexsense::store::CoefficientSet;
 
 use super::arguments::{Base, Bench, Port};
-use super::session;
+use super::{report, session};
 use crate::analysis;
-use crate::analysis::results::{self, Results};
+use crate::analysis::results::Results;
 use crate::campaign::Campaign;
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
@@ -16,7 +16,7 @@ use crate::sensor_file::SensorFile;
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml and results.json into the campaign's folder. On a real base, load the jack program that
+/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack program that
 /// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
 /// Nothing on the board changes: `hexsense upload` does that.
 #[derive(Args)]
@@ -57,9 +57,7 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         session::record_all(&mut client, motion.as_mut(), &campaign, &runs, false)?;
         eprintln!("analysing");
-        let recorded = runs.iter().map(|run| campaign.recorded(run));
-        let recorded = recorded.collect::<Result<Vec<_>, _>>()?;
-        let analysis = results::analyse(&campaign.geometry, &campaign.sensors, &recorded)?;
+        let (recorded, analysis) = session::analyse(&campaign)?;
         let set = CoefficientSet {
             board: identity.board,
             // A geometry file whose name is too long has been refused.
@@ -75,9 +73,10 @@ impl Calibrate {
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,
         };
+        print!("{}", table(&analysis.results));
+        report::write(&campaign, &set, &recorded, &analysis, None)?;
         campaign.note_results(&analysis.results)?;
         coefficient_file::save(&coefficients, &set)?;
-        print!("{}", table(&analysis.results));
         println!("written: {}", coefficients.display());
         println!(
             "next: hexsense upload --port {} {}",

@@ -7,6 +7,7 @@ mod arguments;
 mod calibrate;
 mod info;
 mod plan;
+mod report;
 mod session;
 mod show;
 mod upload;

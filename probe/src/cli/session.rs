@@ -2,11 +2,13 @@
 
 use hexsense::wire::{Identity, VERSION};
 
+use crate::analysis;
+use crate::analysis::results::{self, Analysis};
 use crate::campaign::{BoardRecord, Campaign};
 use crate::files;
 use crate::link::Client;
 use crate::motion::Motion;
-use crate::plan::Run;
+use crate::plan::{Purpose, Run};
 use crate::record::{self, RATE_HZ};
 
 /// Makes sure that the board is fit to record, and says who it is.
@@ -63,6 +65,19 @@ pub fn record_all(
         }
     }
     Ok(())
+}
+
+/// The calibration runs of a campaign and what their analysis brings forth.
+///
+/// # Errors
+/// A run that is not recorded, and what the analysis refuses.
+pub fn analyse(campaign: &Campaign) -> anyhow::Result<(Vec<analysis::Run>, Analysis)> {
+    let runs = campaign.plan.runs_to(Purpose::Calibrate);
+    let runs = runs
+        .map(|run| campaign.recorded(run))
+        .collect::<Result<Vec<_>, _>>()?;
+    let analysis = results::analyse(&campaign.geometry, &campaign.sensors, &runs)?;
+    Ok((runs, analysis))
 }
 
 /// What happened, what is safe, what to do.

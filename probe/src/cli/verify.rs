@@ -5,13 +5,15 @@ use hexsense::sampling::{Calibrator, Values};
 use hexsense::store::CoefficientSet;
 
 use super::arguments::{Base, Bench, Port};
-use super::session;
+use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
+use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::link::Client;
 use crate::plan::{Purpose, Run};
+use crate::report::Verified;
 use crate::sensor_file::SensorFile;
 
 /// Prove the board's coefficients on a movement that they were not fitted to.
@@ -46,58 +48,77 @@ impl Verify {
                 ))
             },
         )?;
-        let results = campaign.results()?;
+        let run = campaign
+            .plan
+            .runs_to(Purpose::Verify)
+            .next()
+            .ok_or_else(|| {
+                anyhow::anyhow!(
+                    "{}/plan.toml plans no run to verify with",
+                    campaign.folder.display()
+                )
+            })?;
+        let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let mut client = self.port.open()?;
         let identity = session::ready(&mut client)?;
         campaign.check_board(&session::board_record(&client, &identity))?;
-        let set = active_set(&mut client, &campaign)?;
+        check_active(&mut client, &ours, &campaign)?;
         let mut motion = self.bench.motion()?;
         campaign.write()?;
-        let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Verify).collect();
-        for run in &runs {
-            campaign.forget(&run.name)?;
-        }
-        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, true)?;
-        let since_set_s = self.bench.unix_s().saturating_sub(set.unix_s) as f64;
-        let mut verdicts = Vec::new();
-        for run in runs {
-            let recorded = campaign.recorded(run)?;
-            check_replay(&recorded.capture, &set, &run.name)?;
-            let held_out =
-                held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, &results)?;
-            let elapsed_s = since_set_s + campaign.recorded_s()?;
-            verdicts = held_out::compare(
-                &held_out.reference,
-                &held_out.after,
-                &held_out.before,
-                &results,
-                elapsed_s,
-            );
-        }
-        campaign.note_verdicts(&verdicts)?;
-        print!("{}", table(&verdicts));
-        let failures = held_out::failures(&verdicts);
-        if !failures.is_empty() {
-            anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));
-        }
-        Ok(())
+        campaign.forget(&run.name)?;
+        session::record_all(&mut client, motion.as_mut(), &campaign, &[run], true)?;
+        let since_set_s = self.bench.unix_s().saturating_sub(ours.unix_s) as f64;
+        judge(&campaign, run, &ours, since_set_s + campaign.recorded_s()?)
     }
 }
 
-/// The active set, when it belongs to this base.
-fn active_set(client: &mut Client, campaign: &Campaign) -> anyhow::Result<CoefficientSet> {
-    let Some((_, encoded)) = client.read_set()? else {
+/// Whether the set on the board is the one that this campaign ended with.
+fn check_active(
+    client: &mut Client,
+    ours: &CoefficientSet,
+    campaign: &Campaign,
+) -> anyhow::Result<()> {
+    let Some((active, encoded)) = client.read_set()? else {
         return Err(hexsense::wire::Refusal::NoSet.into());
     };
-    let set = CoefficientSet::decode(&encoded)?;
-    if set.geometry_hash[..] != campaign.geometry.hash[..8] {
+    if CoefficientSet::decode(&encoded)? != *ours {
         anyhow::bail!(
-            "the board's coefficients were made on another base ({}) than {}; calibrate on this one",
-            set.geometry,
-            campaign.geometry.name
+            "the board uses set {}, which is not the one of {folder}; `hexsense upload` that one, or verify in the \
+             folder of the board's set",
+            active.id,
+            folder = campaign.folder.display()
         );
     }
-    Ok(set)
+    Ok(())
+}
+
+/// Compares the recorded run with what the jacks say, and reports.
+fn judge(
+    campaign: &Campaign,
+    run: &Run,
+    set: &CoefficientSet,
+    elapsed_s: f64,
+) -> anyhow::Result<()> {
+    let recorded = campaign.recorded(run)?;
+    check_replay(&recorded.capture, set, &run.name)?;
+    let (runs, analysis) = session::analyse(campaign)?;
+    let results = &analysis.results;
+    let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
+    let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);
+    let verdicts = held_out::compare(reference, after, before, results, elapsed_s);
+    print!("{}", table(&verdicts));
+    let verified = Verified {
+        run: &recorded,
+        curves: &curves,
+        verdicts: &verdicts,
+    };
+    report::write(campaign, set, &runs, &analysis, Some(verified))?;
+    campaign.note_verdicts(&verdicts)?;
+    let failures = held_out::failures(&verdicts);
+    if !failures.is_empty() {
+        anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));
+    }
+    Ok(())
 }
 
 /// Whether the board's values are bit for bit what its counts and its set give.
