@@ -49,20 +49,20 @@ fn a_weight_counts_as_that_many_rows() {
 
 #[test]
 fn rows_that_do_not_determine_every_unknown_are_refused() {
-    let mut none = NormalEquations::<3>::default();
-    assert_eq!(none.solve(), None);
-    // The third column is the sum of the others, but for rounding.
-    for index in 0..50 {
-        let (a, b) = (
-            (f64::from(index) * 0.1).sin() / 3.0,
-            (f64::from(index) * 0.37).cos() / 7.0,
-        );
-        none.add(&Vector3::new(a, b, a + b), 1.0, 1.0);
+    assert_eq!(NormalEquations::<3>::default().solve(), None);
+    // The third column is the sum of the others, but for rounding, which falls one way here and the other there.
+    for case in 1..=100 {
+        let mut equations = NormalEquations::<3>::default();
+        for index in 0..50 {
+            let angle = f64::from(index * case);
+            let (a, b) = ((angle * 0.1).sin() / 3.0, (angle * 0.37).cos() / 7.0);
+            equations.add(&Vector3::new(a, b, a + b), 1.0, 1.0);
+        }
+        assert_eq!(equations.solve(), None, "case {case}");
+        // One row that tells them apart by a ten-thousandth is enough.
+        equations.add(&Vector3::new(1.0, 1.0, 2.0001), 1.0, 1.0);
+        assert!(equations.solve().is_some(), "case {case}");
     }
-    assert_eq!(none.solve(), None);
-    // One row that tells them apart by a hundred-thousandth is enough.
-    none.add(&Vector3::new(1.0, 1.0, 2.0001), 1.0, 1.0);
-    assert!(none.solve().is_some());
 }
 
 #[test]

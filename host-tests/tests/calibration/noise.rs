@@ -26,8 +26,9 @@ struct Campaign {
 impl Campaign {
     fn new(density: f64, walk: f64, frequency_hz: f64) -> Self {
         Self {
+            // Far from straight, so that no index can be mistaken for another.
             sensitivity: Matrix3::new(
-                1_500.0, 40.0, -20.0, 10.0, 1_450.0, 30.0, -35.0, 15.0, 1_550.0,
+                1_500.0, 1_200.0, -200.0, 100.0, 1_450.0, 700.0, -900.0, 50.0, 1_550.0,
             ),
             noise: Noise {
                 density: [density; 3],

@@ -75,6 +75,16 @@ fn a_series_without_that_sine_is_refused() {
         None,
         "too short"
     );
+    let short = wave(1.25 * omega, 0.3, 150);
+    assert!(
+        fit_frequency(&short, 1.15 * omega).is_some(),
+        "within reach"
+    );
+    assert_eq!(
+        fit_frequency(&short, omega),
+        None,
+        "a quarter off, though the search would find it"
+    );
     let mut broken = wave(omega, 0.3, 500);
     broken[77] = f64::NAN;
     assert_eq!(fit_frequency(&broken, omega), None, "not a number");

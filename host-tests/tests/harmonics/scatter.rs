@@ -100,11 +100,14 @@ fn the_board_scatters_by_the_bound_and_says_so() {
         let (observed, stated) = variances(&fits);
         let bound = 2.0 * noise * noise / (f64::from(blocks) * BLOCK as f64) * growth;
         let rms = fits.iter().map(|fit| fit.residual_rms).sum::<f64>() / fits.len() as f64;
-        eprintln!(
-            "{phase} {} {} rms {}",
-            observed / bound,
-            stated / bound,
-            rms
+        assert!(
+            (observed / bound - 1.0).abs() < 0.05,
+            "{}",
+            observed / bound
         );
+        assert!((stated / bound - 1.0).abs() < 0.01, "{}", stated / bound);
+        // Means of sixteen scatter by a quarter, and twelve of sixty degrees of freedom are fitted away.
+        let expected = noise / 4.0 * (48.0_f64 / 60.0).sqrt();
+        assert!((rms / expected - 1.0).abs() < 0.02, "{rms} for {expected}");
     }
 }

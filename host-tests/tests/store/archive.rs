@@ -103,3 +103,20 @@ fn the_smallest_range_that_is_accepted_never_fills_up() {
         assert_eq!(append(&mut nor, number).sequence, number);
     }
 }
+
+#[test]
+fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
+    for stored in [5, 20] {
+        let mut nor = Nor::new(PAGES);
+        for number in 1..=stored {
+            append(&mut nor, number);
+        }
+        nor.worn_out = true;
+        let range = nor.range();
+        let mut archive = Archive::new(&mut nor, range).unwrap();
+        let refused = block_on(archive.append(&encoded(&numbered(stored + 1))));
+        assert_eq!(refused, Err(ArchiveError::ReadBack), "after {stored}");
+        let newest = newest(&mut nor).unwrap();
+        assert_eq!(newest.set, numbered(stored));
+    }
+}

@@ -61,6 +61,8 @@ pub struct Nor {
     powered: bool,
     /// Whether a word that cannot be programmed is reported. The driver's asynchronous form loses that error.
     pub reports: bool,
+    /// Whether programming and erasing change nothing any more, without a word.
+    pub worn_out: bool,
     random: ChaCha8Rng,
 }
 
@@ -73,6 +75,7 @@ impl Nor {
             cut: None,
             powered: true,
             reports: true,
+            worn_out: false,
             random: ChaCha8Rng::seed_from_u64(1),
         }
     }
@@ -96,6 +99,9 @@ impl Nor {
     /// Carries out the change of `bytes` to `target`, unless the power goes.
     fn operate(&mut self, start: usize, target: &[u8]) -> Result<(), Fault> {
         self.operations += 1;
+        if self.worn_out {
+            return Ok(());
+        }
         let place = start..start + target.len();
         match self.cut.as_mut() {
             None => {}

@@ -74,6 +74,9 @@ proptest! {
                 .then(|| telemetry::decode(frame.payload))?
         });
         prop_assert_eq!(received, Some(block));
+        let payload = frame::decode(&mut out[..length - 1]).unwrap().payload;
+        prop_assert_eq!(telemetry::decode(&payload[..payload.len() - 1]), None, "cut short");
+        prop_assert_eq!(telemetry::decode(&[payload, &[0]].concat()), None, "with something behind");
     }
 }
 
@@ -87,4 +90,16 @@ fn a_greeting_of_a_later_version_is_read_by_an_older_reader() {
             firmware: [3, 4, 5],
         })
     );
+}
+
+#[test]
+fn what_is_no_greeting_is_not_taken_for_one() {
+    let greeting = *b"hexsense\x01\x00\x01\x02\x03";
+    assert!(Greeting::decode(&greeting).is_some());
+    assert_eq!(Greeting::decode(&greeting[..12]), None);
+    for place in 0..8 {
+        let mut other = greeting;
+        other[place] ^= 1;
+        assert_eq!(Greeting::decode(&other), None);
+    }
 }
