@@ -15,8 +15,8 @@
 //! at the solution is compared with that at the start. What is returned has a residual below the tolerance, measured,
 //! not predicted; everything else is a [`ForwardError`].
 //!
-//! From home every pose is found that a straight path (position, rotation vector) joins to home inside the stroke and
-//! without a change of the sign of det J.
+//! From home every pose is to be found that a straight path (position, rotation vector) joins to home inside the
+//! stroke and without a change of the sign of det J; the tests hold the presets to it with ten thousand poses each.
 
 use nalgebra::{RealField, convert};
 
@@ -45,14 +45,14 @@ pub struct Solver<T: RealField + Copy> {
 }
 
 /// Where a search starts and what it may find.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Start {
-    /// Home, and its branch.
+#[derive(Clone, Copy)]
+enum Start<'a, T: RealField + Copy> {
+    /// Home; poses on its branch.
     Home,
-    /// A pose, and its branch.
-    Pose,
-    /// A guess, any branch.
-    Guess,
+    /// The last pose; poses on its branch, and not far off.
+    Last(&'a Pose<T>),
+    /// A guess; poses on any branch.
+    Guess(&'a Pose<T>),
 }
 
 /// One search.
@@ -100,28 +100,19 @@ impl<T: RealField + Copy> Solver<T> {
     ///
     /// # Errors
     /// Any [`ForwardError`] but `StartNotFinite` and `Jump`.
+    // Taken into a caller's loop, the iteration loses registers to it and a seventh of its speed.
+    #[inline(never)]
     pub fn solve(&self, lengths: &[T; 6]) -> Result<Solution<T>, ForwardError<T>> {
-        self.search(lengths, Home::none(), Start::Home)
+        self.search(lengths, Start::Home)
     }
 
     /// The pose with hinge-to-hinge `lengths`, m, on the branch of `last` and not far from it.
     ///
     /// # Errors
     /// Any [`ForwardError`].
+    #[inline(never)]
     pub fn track(&self, lengths: &[T; 6], last: &Pose<T>) -> Result<Solution<T>, ForwardError<T>> {
-        let solution = self.search(lengths, self.home.excursion(last), Start::Pose)?;
-        let moved = (solution.pose.position - last.position).norm_squared();
-        let turned = (last.rotation.conjugate().into_inner() * solution.pose.rotation.into_inner())
-            .imag()
-            .norm_squared();
-        // The vector part of a unit quaternion is the sine of half the angle, here less than half the angle.
-        let half_jump_rad = self.options.jump_rad * convert(0.5);
-        if moved > self.options.jump_m * self.options.jump_m
-            || turned > half_jump_rad * half_jump_rad
-        {
-            return Err(self.jump(&solution.pose, last));
-        }
-        Ok(solution)
+        self.search(lengths, Start::Last(last))
     }
 
     /// A pose with hinge-to-hinge `lengths`, m, near `guess`, on whatever branch.
@@ -133,17 +124,20 @@ impl<T: RealField + Copy> Solver<T> {
         lengths: &[T; 6],
         guess: &Pose<T>,
     ) -> Result<Solution<T>, ForwardError<T>> {
-        self.search(lengths, self.home.excursion(guess), Start::Guess)
+        self.search(lengths, Start::Guess(guess))
     }
 
     #[inline(always)]
     fn search(
         &self,
         lengths: &[T; 6],
-        from: Excursion<T>,
-        start: Start,
+        start: Start<'_, T>,
     ) -> Result<Solution<T>, ForwardError<T>> {
         self.check(lengths)?;
+        let from = match start {
+            Start::Home => Home::none(),
+            Start::Last(pose) | Start::Guess(pose) => self.home.excursion(pose),
+        };
         let shortest = lengths
             .iter()
             .fold(lengths[0], |least, &l| if l < least { l } else { least });
@@ -161,7 +155,7 @@ impl<T: RealField + Copy> Solver<T> {
                 budget = budget.saturating_sub(1);
                 self.home.predict(&demand)
             }
-            Start::Pose | Start::Guess => (from, self.home.radius_squared),
+            Start::Last(_) | Start::Guess(_) => (from, self.home.radius_squared),
         };
         let direct = self.home.iterate(
             first,
@@ -172,10 +166,9 @@ impl<T: RealField + Copy> Solver<T> {
             &mut budget,
         );
         let direct = direct.map(|arrival| self.settled(arrival, &task));
-        let way = if start == Start::Guess {
-            Home::descend
-        } else {
-            Home::follow
+        let way = match start {
+            Start::Home | Start::Last(_) => Home::follow,
+            Start::Guess(_) => Home::descend,
         };
         let arrival = match direct {
             Ok(arrival) if self.may_stay(&arrival, start) => arrival,
@@ -187,11 +180,27 @@ impl<T: RealField + Copy> Solver<T> {
             residual_m: arrival.residual / shortest,
             condition_bound: self.condition_bound(arrival.determinant, lengths),
         };
+        if let Start::Last(last) = start
+            && self.jumped(&solution.pose, last)
+        {
+            return Err(self.jump(&solution.pose, last));
+        }
         if solution.condition_bound <= self.options.max_condition {
             Ok(solution)
         } else {
             self.weigh(solution)
         }
+    }
+
+    /// Whether O or the body has gone farther than it may from one tracked pose to the next.
+    #[inline(always)]
+    fn jumped(&self, pose: &Pose<T>, last: &Pose<T>) -> bool {
+        let moved = (pose.position - last.position).norm_squared();
+        let turn = last.rotation.conjugate().into_inner() * pose.rotation.into_inner();
+        // The vector part of a unit quaternion is the sine of half the angle, here less than half the angle.
+        let half_jump_rad = self.options.jump_rad * convert(0.5);
+        (moved > self.options.jump_m * self.options.jump_m)
+            | (turn.imag().norm_squared() > half_jump_rad * half_jump_rad)
     }
 
     /// Refuses lengths that are not numbers or lie outside the stroke.
@@ -232,7 +241,8 @@ impl<T: RealField + Copy> Solver<T> {
         }
     }
 
-    /// The bound of the condition number, of [`super::jacobian`](mod@super::jacobian); the Newton matrix has the rows of J times the lengths.
+    /// The bound of the condition number of [`super::jacobian`](mod@super::jacobian); the Newton matrix has the rows of
+    /// J times the lengths.
     #[inline(always)]
     fn condition_bound(&self, determinant: T, lengths: &[T; 6]) -> T {
         let [a, b, c, d, e, f] = *lengths;
@@ -272,11 +282,11 @@ impl<T: RealField + Copy> Solver<T> {
 
     /// Whether the branch of the arrival is one that a search from `start` may end on.
     #[inline(always)]
-    fn may_stay(&self, arrival: &Arrival<T>, start: Start) -> bool {
+    fn may_stay(&self, arrival: &Arrival<T>, start: Start<'_, T>) -> bool {
         match start {
             Start::Home => arrival.determinant * self.home.factors.determinant > T::zero(),
-            Start::Pose => arrival.determinant * arrival.first_determinant > T::zero(),
-            Start::Guess => true,
+            Start::Last(_) => arrival.determinant * arrival.first_determinant > T::zero(),
+            Start::Guess(_) => true,
         }
     }
 

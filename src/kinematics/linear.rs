@@ -4,15 +4,15 @@
 //! solves
 //!
 //! ```text
-//! | D₁ M₁ | |u|   |g₁|        P = D₂·D₁⁻¹          the Schur complement
-//! | D₂ M₂ | |w| = |g₂|        S = M₂ − P·M₁
-//!                             w = S⁻¹·(g₂ − P·g₁)   u = D₁⁻¹·(g₁ − M₁·w)
-//! det = det D₁·det S
+//! | D₁ M₁ | |u|   |g₁|        P = D₂·adj D₁         δ = det D₁
+//! | D₂ M₂ | |w| = |g₂|        S = δ·M₂ − P·M₁       the Schur complement times δ
+//!
+//! w = adj S·(δ·g₂ − P·g₁)/det S       u = adj D₁·(g₁ − M₁·w)/δ       det = det S/δ²
 //! ```
 //!
-//! The 3×3 inverses are cross products and one division each, so the whole takes two divisions instead of the six in a
-//! row of an elimination, and no branch. D₁ needs three jacks whose directions span space: [`Rows::best_order`] puts
-//! such jacks first. If no three do, the whole matrix is singular.
+//! Adjugates are cross products, so the whole takes two divisions, one beside the other, instead of the six in a row
+//! of an elimination, and no branch. D₁ needs three jacks whose directions span space: [`Rows::best_order`] puts such
+//! jacks first. If no three do, the whole matrix is singular.
 
 use nalgebra::RealField;
 

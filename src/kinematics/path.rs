@@ -66,7 +66,7 @@ impl<T: RealField + Copy> Home<T> {
             let near_enough = if left > T::zero() { coarse } else { tolerance };
             let arrival = self.iterate_pivoting(here, &on_the_way, near_enough, budget);
             match arrival {
-                Ok(arrival) if arrival.determinant * sign > T::zero() => {
+                Ok(arrival) if self.determinant(&arrival.excursion) * sign > T::zero() => {
                     if left <= T::zero() {
                         return Ok(arrival);
                     }
