@@ -300,8 +300,9 @@ mod tests {
 
     #[test]
     fn a_path_names_every_point_relative_to_the_one_before() {
-        let points = [(0.0, 1.0), (1.0, 0.5), (0.5, 0.5), (0.5, 0.5), (2.0, 2.0)];
-        assert_eq!(path(points.into_iter()), "M0 10l10-5-5 0 15 15");
+        let places = [(0, 10), (10, 5), (5, 5), (5, 5), (5, 9), (20, 20)];
+        let points = places.map(|(x, y)| (f64::from(x) / 10.0, f64::from(y) / 10.0));
+        assert_eq!(path(points.into_iter()), "M0 10l10-5-5 0 0 4 15 11");
         assert_eq!(path([(1.0, 1.0)].into_iter()), "M10 10l0 0");
         assert_eq!(path(std::iter::empty()), "");
     }
