@@ -2,7 +2,7 @@
 //!
 //! - [`machine`]: the core, its exceptions and memories, and the bus;
 //! - [`peripherals`]: the chip's peripherals, from the reference manual;
-//! - [`bench`]: the twin at the analog pins, the host at the serial port;
+//! - [`mod@bench`]: the twin at the analog pins, the host at the serial port;
 //! - [`firmware`]: the ELF file and its log.
 
 pub mod bench;

@@ -142,7 +142,7 @@ impl Drop for Board {
 fn files_that_are_no_firmware_are_refused_with_the_reason() {
     let folder = Folder::new("refused");
     let (file, flash) = (folder.path("firmware"), folder.path("flash.bin"));
-    let mut say = |content: &[u8]| {
+    let say = |content: &[u8]| {
         std::fs::write(&file, content).unwrap();
         refused(&file, &flash, &[])
     };

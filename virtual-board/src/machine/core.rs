@@ -1,7 +1,7 @@
 //! The processor: Unicorn's Cortex-M4, and the loop that runs it.
 //!
 //! Unicorn executes instructions and nothing else: it has no interrupts, no sleep and no time. So a hook at the start
-//! of every basic block ([`super::hooks`]) adds the block's instructions to the time. When the time has come for an
+//! of every basic block (`hooks.rs`) adds the block's instructions to the time. When the time has come for an
 //! event, it lets the peripherals carry it out, and stops the emulation if an exception is to be taken. Entry, return,
 //! sleep and faults are then done here, between two runs of the emulation.
 
