@@ -26,7 +26,7 @@ use super::{
     excursion::{Excursion, Home},
     geometry::Geometry,
     inverse::inverse,
-    jacobian::{condition, jacobian},
+    jacobian::{bound_times_determinant, condition, jacobian},
     newton::{Arrival, Pivoting},
     path::{End, Stuck},
     pose::Pose,
@@ -40,7 +40,7 @@ pub struct Solver<T: RealField + Copy> {
     options: Options<T>,
     home: Home<T>,
     tolerance_m: T,
-    /// 18·r³·max(r, 1/r): over |det J| it bounds the condition number, with an eighth to spare.
+    /// Over |det J| it bounds the condition number, with an eighth to spare.
     condition_scale: T,
 }
 
@@ -72,16 +72,12 @@ impl<T: RealField + Copy> Solver<T> {
     pub fn new(geometry: &Geometry<f64>, options: Options<T>) -> Self {
         let home: Home<T> = Home::new(geometry);
         let geometry: Geometry<T> = geometry.cast();
-        let radius = home.radius_squared.sqrt();
         let last_place = T::default_epsilon() * geometry.length_max_m();
         Self {
             geometry,
             options,
             tolerance_m: options.tolerance_m.max(last_place * convert(4.0)),
-            condition_scale: home.radius_squared
-                * radius
-                * radius.max(T::one() / radius)
-                * convert(18.0),
+            condition_scale: bound_times_determinant(home.radius_squared) * convert(1.125),
             home,
         }
     }

@@ -19,15 +19,11 @@ use nalgebra::{RealField, UnitQuaternion, Vector3, convert};
 
 use thiserror::Error;
 
-use super::{
-    inverse::inverse,
-    jacobian::{condition, jacobian},
-    pose::Pose,
-};
+use super::{inverse::inverse, jacobian::condition_bound, pose::Pose};
 
-/// Condition number of the Jacobian at home beyond which a set of hinges is refused: such a base does not hold its
-/// platform. Real bases have less than 10.
-pub const HOME_CONDITION_LIMIT: f64 = 1e4;
+/// [Bound](condition_bound) of the condition number of the Jacobian at home beyond which a set of hinges is refused:
+/// such a base does not hold its platform. Real bases in metres stay far below.
+pub const HOME_CONDITION_LIMIT: f64 = 1e6;
 
 /// Hinges, stroke and home of a motion base. Constructed only from values that make sense together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,13 +119,13 @@ pub enum GeometryError<T: RealField + Copy> {
     },
     /// The platform can move at home while all jacks stand still.
     #[error(
-        "at the home height of {home_height} m the condition number of the Jacobian is {condition}, over {HOME_CONDITION_LIMIT}: these hinges do not hold the platform"
+        "at the home height of {home_height} m the condition number of the Jacobian is about {condition_bound}, over {HOME_CONDITION_LIMIT}: these hinges do not hold the platform"
     )]
     HomeSingular {
         /// Home height, given or found, m.
         home_height: T,
-        /// Condition number of the Jacobian at home.
-        condition: T,
+        /// Bound of the condition number of the Jacobian at home.
+        condition_bound: T,
     },
 }
 
@@ -191,11 +187,12 @@ impl<T: RealField + Copy> Geometry<T> {
                 });
             }
         }
-        let condition = condition(&jacobian(self, &home));
-        if condition > convert(HOME_CONDITION_LIMIT) {
+        let condition_bound = condition_bound(self, &home);
+        let holds = condition_bound <= convert(HOME_CONDITION_LIMIT);
+        if !holds {
             return Err(GeometryError::HomeSingular {
                 home_height: self.home_height_m,
-                condition,
+                condition_bound,
             });
         }
         Ok(())

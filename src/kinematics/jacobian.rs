@@ -19,7 +19,7 @@
 //! cond(J) < 16·r³·max(r, 1/r)/|det J|  with that scaling undone
 //! ```
 
-use nalgebra::{Matrix6, RealField, SVD};
+use nalgebra::{Matrix6, RealField, SVD, convert};
 
 use super::{geometry::Geometry, inverse::jacks, pose::Pose};
 
@@ -48,13 +48,27 @@ pub fn condition<T: RealField + Copy>(matrix: &Matrix6<T>) -> T {
     if !matrix.iter().all(T::is_finite) {
         return infinity();
     }
-    let accuracy = T::default_epsilon() * nalgebra::convert(5.0);
+    let accuracy = T::default_epsilon() * convert(5.0);
     match SVD::try_new(*matrix, false, false, accuracy, SVD_ITERATIONS) {
         Some(svd) if svd.singular_values.min() > T::zero() => {
             svd.singular_values.max() / svd.singular_values.min()
         }
         _ => infinity(),
     }
+}
+
+/// The module's upper bound of the condition number of the Jacobian at `pose`, by its determinant; infinite or not a
+/// number if the Jacobian is singular or not finite.
+pub fn condition_bound<T: RealField + Copy>(geometry: &Geometry<T>, pose: &Pose<T>) -> T {
+    let squares = geometry.upper().iter().map(|b| b.norm_squared());
+    let radius_squared = squares.fold(T::zero(), |sum, square| sum + square) / convert(6.0);
+    bound_times_determinant(radius_squared) / jacobian(geometry, pose).determinant().abs()
+}
+
+/// The constant 16·r³·max(r, 1/r) of the bound.
+pub(super) fn bound_times_determinant<T: RealField + Copy>(radius_squared: T) -> T {
+    let radius = radius_squared.sqrt();
+    radius_squared * radius * radius.max(T::one() / radius) * convert(16.0)
 }
 
 fn infinity<T: RealField>() -> T {
