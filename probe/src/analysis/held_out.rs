@@ -179,8 +179,10 @@ pub fn held_out(
             .map(|count| (count - zero) / per_unit);
         undelayed(channel, values.collect())
     });
-    let jacks: [Vec<f64>; JACKS] =
+    let columns: [Vec<f64>; JACKS] =
         core::array::from_fn(|jack| mean(&counts.channel(INERTIAL + jack)));
+    let rows = (0..columns[0].len()).map(|index| columns.each_ref().map(|column| column[index]));
+    let jacks: Vec<[f64; JACKS]> = rows.collect();
     let reference = reference(base, sensors, run, results, &jacks)?;
     let first = scans.start as f64 + (group as f64 - 1.0) / 2.0;
     Ok(HeldOut {
@@ -225,14 +227,13 @@ fn reference(
     sensors: &SensorFile,
     run: &Run,
     results: &Results,
-    jacks: &[Vec<f64>; JACKS],
+    jacks: &[[f64; JACKS]],
 ) -> Result<Signals, AnalysisError> {
     let belief = Belief::new(base, sensors);
     let mut poses = Poses::new(&belief, &run.name)?;
     let mut coordinates: [Vec<f64>; 6] = Default::default();
-    let groups = jacks[0].len();
-    for index in 0..groups {
-        let pose = poses.next(&core::array::from_fn(|jack| jacks[jack][index]))?;
+    for counts in jacks {
+        let pose = poses.next(counts)?;
         let row = hexsense::calibration::truth::coordinates(&pose);
         coordinates
             .iter_mut()
@@ -241,10 +242,10 @@ fn reference(
     }
     let smooth = coordinates.map(|series| zero_phase_low_pass(&series, CORNER_HZ, RATE_HZ));
     let vector = |from: usize, index: usize| Vector3::from_fn(|axis, _| smooth[from + axis][index]);
-    let attitude: Vec<UnitQuaternion<f64>> = (0..groups)
+    let attitude: Vec<UnitQuaternion<f64>> = (0..jacks.len())
         .map(|index| UnitQuaternion::from_scaled_axis(vector(3, index)))
         .collect();
-    let position: Vec<Vector3<f64>> = (0..groups).map(|index| vector(0, index)).collect();
+    let position: Vec<Vector3<f64>> = (0..jacks.len()).map(|index| vector(0, index)).collect();
     let lever_arm_m = Vector3::from(results.lever_arm_m.map(|place| place.estimate));
     Ok(felt(
         &position,

@@ -3,7 +3,7 @@
 use hexsense::calibration::budget::{Budget, Cause};
 use hexsense::calibration::triad::Noise;
 use hexsense::calibration::zero::{ZeroLimits, zero};
-use hexsense::channel::{CHANNELS, INERTIAL, NAMES, Triad};
+use hexsense::channel::{INERTIAL, NAMES, Triad};
 use hexsense::excitation::{DegreeOfFreedom, Signal};
 use hexsense::store::TriadCoefficients;
 use serde::{Deserialize, Serialize};
@@ -199,7 +199,7 @@ fn check_zero(
 ) -> Result<(), AnalysisError> {
     let stroke_m = base.geometry.length_max_m() - base.geometry.length_min_m();
     let per_metre = sensors.jacks.full_stroke_volts.abs() / stroke_m * sensors.counts_per_volt();
-    for channel in 0..CHANNELS {
+    for (channel, name) in NAMES.into_iter().enumerate() {
         let limit = if channel < INERTIAL {
             let sheet = sensors.triad(Triad::ALL[channel / 3]);
             let per_unit = sheet.volts_per_unit.abs() * sensors.counts_per_volt();
@@ -212,7 +212,7 @@ fn check_zero(
             drift: 2.0 * limit,
         };
         zero(&counts.channel(channel), limits).map_err(|source| AnalysisError::Zero {
-            channel: NAMES[channel],
+            channel: name,
             source,
         })?;
     }
