@@ -151,6 +151,9 @@ fn translate(uc: &mut Unicorn<'_, Context>, address: u64, kind: MemType) -> Opti
     let within = |base: u32, size: usize| {
         (u64::from(base)..u64::from(base) + size as u64).contains(&address)
     };
+    if kind != MemType::FETCH {
+        forget_condition(uc);
+    }
     let code_in_ram = &mut uc.get_data_mut().code_in_ram;
     if kind == MemType::FETCH {
         code_in_ram.insert(address);
@@ -166,6 +169,15 @@ fn translate(uc: &mut Unicorn<'_, Context>, address: u64, kind: MemType) -> Opti
         paddr: address,
         perms,
     })
+}
+
+/// Before it asks about a load or store, the emulator writes the core's state back as it is at that instruction, within
+/// an IT block with its condition. But the block goes on, and expects no condition to be there; left behind, it would be
+/// taken for the state of the first block that is looked up later.
+fn forget_condition(uc: &mut Unicorn<'_, Context>) {
+    const ONLY_THUMB: u64 = 1 << 24;
+    // The register is a constant that exists on this core.
+    let _ = uc.reg_write(RegisterARM::EPSR, ONLY_THUMB);
 }
 
 fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
@@ -261,5 +273,6 @@ fn on_protected(
             return false;
         }
     }
+    forget_condition(uc);
     true
 }

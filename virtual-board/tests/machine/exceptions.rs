@@ -229,3 +229,19 @@ fn code_runs_from_ram_and_may_be_changed() {
     chip.run(1e-3).unwrap();
     assert_eq!((chip.result(0), chip.result(1)), (5, 6));
 }
+
+#[test]
+fn a_conditional_load_from_a_page_not_seen_before_leaves_no_condition_behind() {
+    // The emulator looks the page up in the middle of the IT block, and the block after the next page boundary (every
+    // 1 KB) must not take that for its own state: a branch in an IT block is an undefined instruction.
+    let mut main = Code::new()
+        .load(1, 0x2001_8000)
+        .raw(&[0x2000, 0x2800, 0xBF08, 0x680A]); // it eq; ldreq r2, [r1]
+    while main.bytes().len() < 0x400 {
+        main = main.raw(&[0xBF00]);
+    }
+    let main = main.raw(&[0xD000, 0xBF00]).load(0, 1).save(0, 0).spin(); // beq over a nop
+    let mut chip = Chip::new(main, &[]);
+    chip.run(1e-3).unwrap();
+    assert_eq!(chip.result(0), 1);
+}

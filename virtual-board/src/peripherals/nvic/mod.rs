@@ -172,11 +172,6 @@ impl Nvic {
         self.recompute_running();
     }
 
-    /// Whether an exception is active.
-    pub fn is_active(&self, exception: usize) -> bool {
-        bit128(self.active, exception)
-    }
-
     /// Whether more than one exception is active.
     pub fn nested(&self) -> bool {
         self.active & (self.active.wrapping_sub(1)) != 0
