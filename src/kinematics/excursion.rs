@@ -66,8 +66,13 @@ pub(super) struct Placed<T> {
 impl<T: RealField + Copy> Home<T> {
     /// Everything is computed in double precision and rounded once.
     pub fn new(geometry: &Geometry<f64>) -> Self {
-        let pose = geometry.home();
-        let d = jacks(geometry, &pose);
+        // Home itself as it is rounded, so that excursions from it add up to exact positions.
+        let position: Vector3<T> = geometry.home().position.map(convert);
+        let rounded_home = Pose {
+            position: position.map(convert_unchecked),
+            ..geometry.home()
+        };
+        let d = jacks(geometry, &rounded_home);
         let by_coordinate = |v: &[Vector3<f64>; 6]| [0, 1, 2].map(|axis| Six(v.map(|v| v[axis])));
         let (upper, jacks) = (by_coordinate(geometry.upper()), by_coordinate(&d));
         let moment = cross(&upper, &jacks);
@@ -85,7 +90,7 @@ impl<T: RealField + Copy> Home<T> {
         };
         Self {
             pose: Pose {
-                position: pose.position.map(convert),
+                position,
                 rotation: UnitQuaternion::identity(),
             },
             order,

@@ -154,3 +154,38 @@ fn multiply<T: RealField + Copy>(a: &[Triple<T>; 3], b: &[Triple<T>; 3]) -> [Tri
 fn apply<T: RealField + Copy>(a: &[Triple<T>; 3], v: &Triple<T>) -> Triple<T> {
     each(a, |row| dot(&row, v))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix6, Vector6};
+
+    use super::*;
+
+    /// Any order of the jacks, led by any three of them, has the determinant and the solution of the whole matrix.
+    #[test]
+    fn blocks_agree_with_elimination_whichever_jacks_lead() {
+        for seed in 1..100 {
+            let entry = |k: usize, axis: usize| {
+                (f64::from(seed) * 0.7 + k as f64 * 1.3 + axis as f64 * 2.9).sin() * 3.0
+                    + (k * axis) as f64 % 2.0
+            };
+            let column = |axis: usize| {
+                Six([0, 1, 2, 3, 4, 5].map(|k| entry(k, axis) + entry(k, axis + 7).powi(2)))
+            };
+            let rows = Rows {
+                direction: [column(0), column(1), column(2)],
+                moment: [column(3), column(4), column(5)],
+            };
+            let matrix = Matrix6::from_fn(|k, axis| column(axis).0[k]);
+            let right = Six([1.0, -2.0, 3.0, 0.5, -1.5, 2.5]);
+            let solution = matrix.lu().solve(&Vector6::from(right.0)).unwrap();
+
+            let order = rows.best_order();
+            let factors = rows.ordered(&order).factor();
+            let (u, w) = factors.solve(&right.ordered(&order));
+            let found = Vector6::new(u[0], u[1], u[2], w[0], w[1], w[2]);
+            assert!((found - solution).amax() < 1e-9 * (1.0 + solution.amax()));
+            assert!((factors.determinant / matrix.determinant() - 1.0).abs() < 1e-9);
+        }
+    }
+}

@@ -114,6 +114,12 @@ fn hunts_singular_pose_is_called_singular() {
             "{result:?}"
         );
     }
+    // Nor is there a branch to follow from there to anywhere else.
+    let onwards = wide.track(&lengths.map(|length| length + 0.1), &pose);
+    assert!(
+        matches!(onwards, Err(ForwardError::Singular { .. })),
+        "{onwards:?}"
+    );
 }
 
 #[test]

@@ -97,6 +97,19 @@ fn home_is_at_mid_stroke() {
     }
 }
 
+/// The hinges need not lie in the planes through the two origins.
+#[test]
+fn home_rises_by_as_much_as_the_upper_hinges_sink() {
+    let flat = preset("tu-204");
+    let sunk = flat.upper().map(|hinge| hinge - Vector3::y() * 0.3);
+    let geometry = Geometry::new(*flat.lower(), sunk, 2.3, 3.7, None).unwrap();
+    assert_abs_diff_eq!(
+        geometry.home_height_m(),
+        flat.home_height_m() + 0.3,
+        epsilon = 1e-6
+    );
+}
+
 #[test]
 fn every_impossible_base_is_refused_with_its_reason() {
     let good = preset("tu-204");

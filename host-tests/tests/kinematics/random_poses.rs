@@ -1,8 +1,9 @@
 //! Forward kinematics from home: none missed, none wrong, and the figures returned with it are true.
 
 use hexsense::kinematics::forward::{Options, Solver};
+use hexsense::kinematics::jacobian::condition_bound;
 use hexsense::kinematics::{Geometry, Pose, inverse};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -121,5 +122,31 @@ fn the_bound_of_the_condition_number_is_one_and_not_far_off() {
                 "{name}: {bound} {condition}"
             );
         }
+    }
+}
+
+/// With a tolerance this loose one step leads from far off to a worse conditioned pose.
+#[test]
+fn the_bound_belongs_to_the_pose_that_is_returned() {
+    let geometry = crate::bases::preset("il-96-300");
+    let loose = Options {
+        tolerance_m: 0.3,
+        stroke_margin_m: 2.0,
+        jump_m: 1.0,
+        jump_rad: 1.0,
+        ..Options::default()
+    };
+    let solver = Solver::new(&geometry, loose);
+    let turned = |yaw: f64| Pose {
+        position: geometry.home().position,
+        rotation: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), yaw),
+    };
+    for end in [1.3, 1.4, 1.5] {
+        let lengths = inverse(&geometry, &turned(end));
+        let solution = solver.track(&lengths, &turned(end - 0.4)).unwrap();
+        let exact = condition_bound(&geometry, &solution.pose);
+        // An eighth is to spare, and the lengths are not yet those that the bound is scaled with.
+        let ratio = solution.condition_bound / exact;
+        assert!((1.0..1.4).contains(&ratio), "{end}: {exact} {solution:?}");
     }
 }

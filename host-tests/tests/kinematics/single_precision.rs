@@ -66,6 +66,24 @@ fn single_precision_costs_less_than_half_a_micrometre() {
     }
 }
 
+/// Near home only the rounding of the result is left, half a unit in the last place of the height.
+#[test]
+fn single_precision_is_exact_near_home() {
+    let mut random = ChaCha8Rng::seed_from_u64(32);
+    for (name, geometry) in presets() {
+        let exact = Solver::new(&geometry, Options::default());
+        let board = Solver::<f32>::new(&geometry, Options::default());
+        for _ in 0..1000 {
+            let pose = disturbed(&geometry.home(), 1e-3, 1e-3, &mut random);
+            let lengths = inverse(&geometry, &pose).map(|length| length as f32);
+            let truth = exact.solve(&lengths.map(f64::from)).unwrap().pose;
+            let (distance, _) = to_double(&board.solve(&lengths).unwrap().pose).distance(&truth);
+            let last_place = 2.0 * f64::from(f32::EPSILON);
+            assert!(distance < 0.55 * last_place, "{name}: {distance}");
+        }
+    }
+}
+
 #[test]
 fn single_precision_stays_true_over_an_hour_of_tracking() {
     let (_, geometry) = presets()[0];
