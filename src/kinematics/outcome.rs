@@ -51,7 +51,7 @@ pub struct Solution<T: RealField + Copy> {
     /// last correction.
     pub residual_m: T,
     /// Upper bound of the condition number of the Jacobian, for a base of some metres within ten times the number.
-    /// [`Solver::condition`] computes the number.
+    /// [`Solver::condition`](super::forward::Solver::condition) computes the number.
     pub condition_bound: T,
 }
 
