@@ -7,8 +7,10 @@ use clap::Args;
 use super::arguments::Base;
 use crate::campaign::{Campaign, CampaignError};
 use crate::geometry_file::GeometryFile;
+use crate::plan::forecast::{Forecast, TILT_ERROR_DEG, forecast};
 use crate::plan::limits::{self, Quantity, Use, Uses};
 use crate::plan::{Plan as Movements, Purpose, Run, campaign};
+use crate::sensor_file::SensorFile;
 
 /// Print the movements of a campaign and how much of stroke, speed and acceleration they use; refuse unsafe ones.
 ///
@@ -21,6 +23,10 @@ pub struct Plan {
     /// Check this plan instead of making one
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+    /// What the data sheets say of the sensors, the jack transducers and the converter (TOML); with it the uncertainty
+    /// of every gain is predicted
+    #[arg(long, value_name = "FILE")]
+    sensors: Option<PathBuf>,
     /// Write plan.toml and the jack programs (CSV) into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -46,7 +52,13 @@ impl Plan {
         }
         let uses = limits::check(&plan, &geometry)
             .map_err(|reason| CampaignError::Limits { file, reason })?;
+        let sensors = self.sensors.as_deref().map(SensorFile::load).transpose()?;
+        let forecast = sensors.map(|sensors| forecast(&plan, &geometry, &sensors));
+        let forecast = forecast.transpose()?;
         print!("{}", table(&plan, &uses, &geometry));
+        if let Some(forecast) = &forecast {
+            print!("\n{}", predicted(forecast));
+        }
         if let Some(folder) = &self.out {
             refuse_other_plan(folder, &plan)?;
             Campaign::write_plan(folder, &plan, &geometry)?;
@@ -137,6 +149,31 @@ fn movements(run: &Run) -> Vec<String> {
         lines.push("rest at home".to_owned());
     }
     lines
+}
+
+/// The gains that the plan determines, and what to do about the plan.
+fn predicted(forecast: &Forecast) -> String {
+    let mut text = String::new();
+    if !forecast.gains.is_empty() {
+        text += &format!(
+            "predicted expanded uncertainty of the gains (k = 2), by geometry and sensor file; last column: change of \
+             the gain\nif the base tilts {TILT_ERROR_DEG}° further on the holds than the jacks say\n\n\
+             gain  uncertainty  mostly by                    {TILT_ERROR_DEG}° of tilt\n"
+        );
+    }
+    for gain in &forecast.gains {
+        let share = format!("{} {:.2} %", gain.cause.name(), 100.0 * gain.contribution);
+        text += &format!(
+            "{:<4}  {:>9.2} %  {share:<26}  {:>10.2} %\n",
+            gain.channel,
+            100.0 * gain.uncertainty,
+            100.0 * gain.tilt_change.abs(),
+        );
+    }
+    for advice in &forecast.advice {
+        text += &format!("advice: {advice}\n");
+    }
+    text
 }
 
 fn percent(used: &Use) -> String {

@@ -17,11 +17,14 @@
 //!
 //! - [`campaign`]: the movements of the method, as large as a base allows.
 //! - [`entries`]: how one degree of freedom is written.
+//! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
 //! - [`limits`]: how much of stroke, speed and acceleration a movement uses.
 //! - [`programs`]: the six jack programs that a motion controller loads.
 
 pub mod campaign;
 pub mod entries;
+pub mod forecast;
+pub mod ideal;
 pub mod limits;
 pub mod programs;
 

@@ -1,0 +1,117 @@
+//! What the board would record of a plan if base, sensors and converter were exactly as their files say.
+//!
+//! Poses come from the program, jack lengths from inverse kinematics, what the sensors feel from differences of
+//! neighbouring poses, and all of it becomes counts. There is no noise: noise enters a forecast as a density.
+
+use hexsense::calibration::truth::Site;
+use hexsense::channel::{CHANNELS, INERTIAL, Scan, Triad};
+use hexsense::excitation::Program;
+use hexsense::kinematics::{Geometry, Pose, displacements};
+use nalgebra::Vector3;
+
+use crate::analysis::Run;
+use crate::capture::Capture;
+use crate::geometry_file::GeometryFile;
+use crate::sensor_file::SensorFile;
+
+/// Rate of ideal scans, Hz: without noise nothing is gained by the board's own rate, which is higher.
+pub const RATE_HZ: u32 = 200;
+/// Rest before and after a movement, s.
+const REST_S: f64 = 2.0;
+
+/// A bench without tolerances.
+#[derive(Debug, Clone, Copy)]
+pub struct Ideal<'a> {
+    /// The base.
+    pub base: &'a GeometryFile,
+    /// The sensors.
+    pub sensors: &'a SensorFile,
+}
+
+impl Ideal<'_> {
+    /// Records `program`, or a rest of `rest_s`, from scan `first` of the board on. The jacks follow the program; the
+    /// sensors feel `felt`, which is the program itself unless jacks and base disagree.
+    #[must_use]
+    pub fn record(
+        &self,
+        name: &str,
+        program: Program,
+        felt: &Program,
+        rest_s: Option<f64>,
+        first: u64,
+    ) -> Run {
+        let period_s = 1.0 / f64::from(RATE_HZ);
+        let lead_s = if rest_s.is_some() { 0.0 } else { REST_S };
+        let length_s = rest_s.unwrap_or_else(|| program.duration_s() + 2.0 * REST_S);
+        let scans = (length_s / period_s).round() as usize;
+        let geometry = &self.base.geometry;
+        let at = |step: usize| felt.pose(geometry, (step as f64 - 1.0) * period_s - lead_s);
+        let poses: Vec<Pose<f64>> = (0..scans + 2).map(at).collect();
+        let rows = poses.windows(3).zip(0..).map(|(around, scan)| {
+            let time_s = f64::from(scan) * period_s - lead_s;
+            self.scan(&program.pose(geometry, time_s), around, period_s)
+        });
+        Run {
+            name: name.to_owned(),
+            capture: Capture {
+                scans: (first..).take(scans).collect(),
+                counts: rows.collect(),
+                supply: vec![1.0; scans],
+                temperature_c: vec![25.0; scans],
+                values: None,
+            },
+            program,
+            rate_hz: RATE_HZ,
+        }
+    }
+
+    /// Counts of all channels: jacks at `pose`, sensors at the middle one of the three poses `around`.
+    fn scan(&self, pose: &Pose<f64>, around: &[Pose<f64>], period_s: f64) -> Scan {
+        let site = Site {
+            lever_arm_m: Vector3::from(self.sensors.lever_arm_m),
+            gravity_m_s2: self.sensors.gravity_m_s2,
+        };
+        let felt = felt(around, period_s, &site);
+        let geometry = &self.base.geometry;
+        let jacks = displacements(geometry, pose);
+        let counts: [f64; CHANNELS] = core::array::from_fn(|channel| {
+            if channel < INERTIAL {
+                let (triad, axis) = (Triad::ALL[channel / 3], channel % 3);
+                let sheet = self.sensors.triad(triad);
+                let (per_unit, zero) = sheet.nominal_counts(self.sensors.counts_per_volt());
+                zero + per_unit * felt[triad.index()][axis]
+            } else {
+                self.jack_counts(jacks[channel - INERTIAL], geometry)
+            }
+        });
+        counts.map(|count| count.round() as _)
+    }
+
+    /// The inverse of [`SensorFile::jack_displacement_m`].
+    fn jack_counts(&self, displacement_m: f64, geometry: &Geometry<f64>) -> f64 {
+        let (jacks, stroke_m) = (
+            &self.sensors.jacks,
+            geometry.length_max_m() - geometry.length_min_m(),
+        );
+        (jacks.zero_volts + displacement_m / stroke_m * jacks.full_stroke_volts)
+            * self.sensors.counts_per_volt()
+    }
+}
+
+/// Specific force, angular acceleration and rate at the middle one of three poses, `period_s` apart, in body axes.
+fn felt(around: &[Pose<f64>], period_s: f64, site: &Site) -> [Vector3<f64>; 3] {
+    let [before, now, after] = [0, 1, 2].map(|index| &around[index]);
+    let rate = |from: &Pose<f64>, to: &Pose<f64>| {
+        (from.rotation.inverse() * to.rotation).scaled_axis() / period_s
+    };
+    let (arriving, leaving) = (rate(before, now), rate(now, after));
+    let (turning, speeding) = ((arriving + leaving) / 2.0, (leaving - arriving) / period_s);
+    let linear = (after.position - now.position * 2.0 + before.position) / (period_s * period_s);
+    let arm = site.lever_arm_m;
+    let force = now
+        .rotation
+        .inverse_transform_vector(&(linear + Vector3::y() * site.gravity_m_s2))
+        + speeding.cross(&arm)
+        + turning.cross(&turning.cross(&arm));
+    [force, speeding, turning]
+}
