@@ -6,6 +6,7 @@
 mod arguments;
 mod calibrate;
 mod info;
+mod kinematics;
 mod plan;
 mod report;
 mod session;
@@ -38,6 +39,7 @@ enum Command {
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
+    Kinematics(kinematics::Kinematics),
 }
 
 /// Does what the command line asks.
@@ -50,6 +52,7 @@ pub fn run() -> ExitCode {
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::Kinematics(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
