@@ -2,8 +2,6 @@
 
 use std::process::Command;
 
-use anyhow::Context;
-
 use crate::build::{cargo, firmware};
 use crate::process::checked;
 use crate::setup;
@@ -76,7 +74,7 @@ impl Checks {
         }
     }
 
-    fn report(self) -> anyhow::Result<()> {
+    fn report(self) -> ! {
         println!();
         self.passed
             .iter()
@@ -85,9 +83,7 @@ impl Checks {
             .iter()
             .for_each(|name| println!("FAILED  {name}"));
         println!("{} passed, {} failed", self.passed.len(), self.failed.len());
-        self.failed
-            .is_empty()
-            .then_some(())
-            .context("see the checks that failed above")
+        // The count stays the last line; what failed stands above it.
+        std::process::exit(i32::from(!self.failed.is_empty()));
     }
 }
