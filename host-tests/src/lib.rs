@@ -1,8 +1,10 @@
-//! What several host tests need: whole campaigns without a chip.
+//! What several host tests need: whole campaigns without a chip, and figures.
 //!
 //! - [`bench`] lets the twin move and reads its voltages the way the board does, so that a campaign takes a second and
 //!   a statistic over many seeds is possible. The firmware itself is tested on the virtual board.
 //! - [`coverage`] is that statistic: are the stated uncertainties honest?
+//! - [`speed`] measures how long kinematics takes.
 
 pub mod bench;
 pub mod coverage;
+pub mod speed;

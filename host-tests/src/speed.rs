@@ -1,0 +1,252 @@
+//! How long kinematics takes.
+//!
+//! | figure | what is timed |
+//! |---|---|
+//! | cold | [`Solver::solve`], from home, one call after another: ten thousand random poses, uniform within ±0.1 m and ±12° in each coordinate |
+//! | warm | [`Solver::track`], from the pose before: ten seconds of a 1 Hz movement of ±0.1 m and ±12° in all six coordinates, at 1 kHz |
+//! | inverse | [`inverse`] of the random poses |
+//! | batch | a million samples of the movement, each from home, shared out to all cores |
+//!
+//! The base has hinge radii of 0.75 m (lower, pairs 20° apart) and 0.5 m (upper, pairs 20° apart, turned by 60°) and
+//! home at 0.8 m; solutions are exact to 1e-10 m. A time is the median over rounds of the mean of a round, and the
+//! rounds of the first three figures take turns, so that what else the machine does for a while has no part in them and
+//! their ratios hold. Only an optimised build measures anything.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+use std::num::NonZero;
+use std::thread;
+use std::time::Instant;
+
+use hexsense::kinematics::{
+    Angles, Convention, ForwardError, Geometry, Options, Pose, Solution, Solver, inverse,
+};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Uniform};
+use serde::{Deserialize, Serialize};
+
+/// Poses of a round: more than a branch predictor learns by heart.
+const POSES: usize = 10_000;
+/// Samples of a period of the movement.
+const PERIOD: usize = 1_000;
+/// Rounds that a median is taken of.
+const ROUNDS: usize = 201;
+/// Samples of the batch.
+const BATCH: usize = 1_000_000;
+/// Rounds of the batch.
+const BATCH_ROUNDS: usize = 5;
+const SEED: u64 = 1;
+const HOME_HEIGHT_M: f64 = 0.8;
+const REACH_M: f64 = 0.1;
+const REACH_DEG: f64 = 12.0;
+
+type Found = Result<Solution<f64>, ForwardError<f64>>;
+
+/// What was measured.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Figures {
+    /// Forward kinematics from home.
+    pub cold: Forward,
+    /// Forward kinematics from the pose before.
+    pub warm: Forward,
+    /// Inverse kinematics.
+    pub inverse: Inverse,
+    /// Forward kinematics of a recorded run on all cores.
+    pub batch: Batch,
+}
+
+/// Forward kinematics on one thread.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Forward {
+    /// Time of a solve, ns.
+    pub ns: f64,
+    /// Mean number of iterations.
+    pub iterations_mean: f64,
+    /// Greatest number of iterations.
+    pub iterations_max: u32,
+    /// Poses that were not found, or found more than 1e-9 m or rad from where they are.
+    pub failed: usize,
+}
+
+/// Inverse kinematics on one thread.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Inverse {
+    /// Time for six lengths, ns.
+    pub ns: f64,
+}
+
+/// Forward kinematics on all cores.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Batch {
+    /// Samples solved in a second by all threads together.
+    pub solves_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Measures everything; takes some seconds.
+#[must_use]
+pub fn measure() -> Figures {
+    let solver = Solver::new(&base(), Options::default());
+    let geometry = solver.geometry();
+    let (still, moving) = (random_poses(), movement());
+    // The movement is periodic: before its first sample comes its last.
+    let before = moving[POSES - 1];
+    let (still_lengths, moving_lengths) = (
+        all_lengths(geometry, &still),
+        all_lengths(geometry, &moving),
+    );
+    let mut cold = || {
+        for lengths in &still_lengths {
+            let _ = black_box(solver.solve(black_box(lengths)));
+        }
+    };
+    let mut warm = || {
+        for answer in track(&solver, &moving_lengths, before) {
+            let _ = black_box(answer);
+        }
+    };
+    let mut back = || {
+        for pose in &still {
+            black_box(inverse(geometry, black_box(pose)));
+        }
+    };
+    let [cold_ns, warm_ns, inverse_ns] =
+        medians_ns(ROUNDS, POSES, [&mut cold, &mut warm, &mut back]);
+    let cold = still_lengths.iter().map(|lengths| solver.solve(lengths));
+    let warm = track(&solver, &moving_lengths, before);
+    Figures {
+        cold: judge(cold_ns, &still, cold),
+        warm: judge(warm_ns, &moving, warm),
+        inverse: Inverse { ns: inverse_ns },
+        batch: batch(&solver, &moving_lengths),
+    }
+}
+
+fn base() -> Geometry<f64> {
+    let hinges = |radius: f64, from_axis_deg: f64| {
+        std::array::from_fn(|k| {
+            let side = if k % 2 == 0 { -1.0 } else { 1.0 };
+            let angle_deg = 120.0 * (k / 2) as f64 + side * from_axis_deg;
+            let (sine, cosine) = angle_deg.to_radians().sin_cos();
+            Vector3::new(radius * cosine, 0.0, radius * sine)
+        })
+    };
+    Geometry::new(
+        hinges(0.75, 50.0),
+        hinges(0.5, 10.0),
+        0.3,
+        2.0,
+        Some(HOME_HEIGHT_M),
+    )
+    .expect("these hinges hold a platform")
+}
+
+/// The pose whose coordinates, as fractions of the reach, are given.
+fn pose(coordinates: [f64; 6]) -> Pose<f64> {
+    let [x, y, z, roll, pitch, yaw] = coordinates;
+    let position = Vector3::new(x, y, z) * REACH_M + Vector3::y() * HOME_HEIGHT_M;
+    let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angle| (angle * REACH_DEG).to_radians());
+    Convention::Gost.pose(position, Angles { roll, pitch, yaw })
+}
+
+fn random_poses() -> Vec<Pose<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let coordinate = Uniform::new_inclusive(-1.0, 1.0).expect("an interval");
+    (0..POSES)
+        .map(|_| pose(std::array::from_fn(|_| coordinate.sample(&mut random))))
+        .collect()
+}
+
+fn movement() -> Vec<Pose<f64>> {
+    let at = |sample: usize| {
+        let turn = TAU * sample as f64 / PERIOD as f64;
+        pose(std::array::from_fn(|freedom| (turn + freedom as f64).sin()))
+    };
+    (0..POSES).map(at).collect()
+}
+
+fn all_lengths(geometry: &Geometry<f64>, poses: &[Pose<f64>]) -> Vec<[f64; 6]> {
+    poses.iter().map(|pose| inverse(geometry, pose)).collect()
+}
+
+/// Sample after sample, each from the pose before.
+fn track(
+    solver: &Solver<f64>,
+    lengths: &[[f64; 6]],
+    before: Pose<f64>,
+) -> impl Iterator<Item = Found> {
+    let mut last = before;
+    lengths.iter().map(move |lengths| {
+        let found = solver.track(black_box(lengths), &last);
+        if let Ok(solution) = &found {
+            last = solution.pose;
+        }
+        found
+    })
+}
+
+/// Counts the iterations, and the answers that are not the poses.
+fn judge(ns: f64, poses: &[Pose<f64>], answers: impl Iterator<Item = Found>) -> Forward {
+    let mut iterations = Vec::new();
+    for (answer, pose) in answers.zip(poses) {
+        if let Ok(solution) = answer {
+            let (distance_m, angle_rad) = solution.pose.distance(pose);
+            if distance_m <= 1e-9 && angle_rad <= 1e-9 {
+                iterations.push(solution.iterations);
+            }
+        }
+    }
+    Forward {
+        ns,
+        iterations_mean: f64::from(iterations.iter().sum::<u32>()) / iterations.len() as f64,
+        iterations_max: iterations.iter().copied().max().unwrap_or(0),
+        failed: poses.len() - iterations.len(),
+    }
+}
+
+fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    let run: Vec<[f64; 6]> = movement.iter().copied().cycle().take(BATCH).collect();
+    let mut answers: Vec<_> = run.iter().map(|lengths| solver.solve(lengths)).collect();
+    let share = BATCH.div_ceil(threads);
+    let mut solve = || {
+        thread::scope(|scope| {
+            for (run, answers) in run.chunks(share).zip(answers.chunks_mut(share)) {
+                scope.spawn(|| {
+                    for (lengths, answer) in run.iter().zip(answers) {
+                        *answer = solver.solve(lengths);
+                    }
+                });
+            }
+        });
+        black_box(&answers);
+    };
+    let [ns] = medians_ns(BATCH_ROUNDS, BATCH, [&mut solve]);
+    Batch {
+        solves_per_second: 1e9 / ns,
+        threads,
+    }
+}
+
+/// Medians over `rounds` of the time of one of the `calls` that each of the works makes, ns; the works take turns.
+fn medians_ns<const N: usize>(
+    rounds: usize,
+    calls: usize,
+    mut works: [&mut dyn FnMut(); N],
+) -> [f64; N] {
+    let mut times = [const { Vec::new() }; N];
+    for _ in 0..rounds {
+        for (work, times) in works.iter_mut().zip(&mut times) {
+            let start = Instant::now();
+            work();
+            times.push(start.elapsed().as_secs_f64() * 1e9 / calls as f64);
+        }
+    }
+    times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[rounds / 2]
+    })
+}
