@@ -6,9 +6,13 @@ use clap::Args;
 
 use super::arguments::Base;
 use crate::campaign::{Campaign, CampaignError};
+use crate::files;
 use crate::geometry_file::GeometryFile;
+use crate::plan::conditioning::CONDITION_LIMIT;
 use crate::plan::forecast::{Forecast, TILT_ERROR_DEG, forecast};
-use crate::plan::limits::{self, Quantity, Use, Uses};
+use crate::plan::limits::{self, Checked};
+use crate::plan::margins::margins;
+use crate::plan::uses::Use;
 use crate::plan::{Plan as Movements, Purpose, Run, campaign};
 use crate::sensor_file::SensorFile;
 
@@ -27,7 +31,7 @@ pub struct Plan {
     /// of every gain is predicted
     #[arg(long, value_name = "FILE")]
     sensors: Option<PathBuf>,
-    /// Write plan.toml and the jack programs (CSV) into this folder
+    /// Write plan.toml, the jack programs (CSV) and a figure of their margins (SVG) into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -50,20 +54,21 @@ impl Plan {
                 geometry.source
             );
         }
-        let uses = limits::check(&plan, &geometry)
+        let checked = limits::check(&plan, &geometry)
             .map_err(|reason| CampaignError::Limits { file, reason })?;
         let sensors = self.sensors.as_deref().map(SensorFile::load).transpose()?;
         let forecast = sensors.map(|sensors| forecast(&plan, &geometry, &sensors));
         let forecast = forecast.transpose()?;
-        print!("{}", table(&plan, &uses, &geometry));
+        print!("{}", table(&plan, &checked, &geometry));
         if let Some(forecast) = &forecast {
             print!("\n{}", predicted(forecast));
         }
         if let Some(folder) = &self.out {
             refuse_other_plan(folder, &plan)?;
             Campaign::write_plan(folder, &plan, &geometry)?;
+            files::replace(&folder.join("margins.svg"), &margins(&plan, &geometry))?;
             println!(
-                "written: {0}/plan.toml, {0}/programs/*.csv",
+                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg",
                 folder.display()
             );
         }
@@ -82,7 +87,7 @@ fn refuse_other_plan(folder: &Path, plan: &Movements) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn table(plan: &Movements, uses: &[Uses], geometry: &GeometryFile) -> String {
+fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> String {
     let base = &geometry.geometry;
     let mut text = format!(
         "{}: jacks {} to {} m, home at {:.4} m{}{}\n\n\
@@ -98,7 +103,8 @@ fn table(plan: &Movements, uses: &[Uses], geometry: &GeometryFile) -> String {
             .acceleration_max_m_s2
             .map_or(String::new(), |a| format!(", {a} m/s²")),
     );
-    for (run, uses) in plan.runs.iter().zip(uses) {
+    for (run, checked) in plan.runs.iter().zip(checked) {
+        let uses = &checked.uses;
         let purpose = match run.purpose {
             Purpose::Calibrate => "calibrate",
             Purpose::Verify => "verify",
@@ -113,13 +119,13 @@ fn table(plan: &Movements, uses: &[Uses], geometry: &GeometryFile) -> String {
             percent(&uses.length),
             percent(&uses.speed),
             percent(&uses.acceleration),
-            uses.condition,
+            checked.conditioning.condition,
         );
         for line in &lines[1..] {
             text += &format!("{:<23} {line}\n", "");
         }
     }
-    text + "\n" + &closest(plan, uses)
+    text + "\n" + &closest(plan, checked) + &worst_held(plan, checked)
 }
 
 /// What moves, one line for each degree of freedom; at least one line.
@@ -185,13 +191,12 @@ fn percent(used: &Use) -> String {
 }
 
 /// The place of the whole plan that is closest to a limit.
-fn closest(plan: &Movements, uses: &[Uses]) -> String {
-    let all = plan.runs.iter().zip(uses).flat_map(|(run, uses)| {
-        [
-            (run, Quantity::Length, uses.length),
-            (run, Quantity::Speed, uses.speed),
-            (run, Quantity::Acceleration, uses.acceleration),
-        ]
+fn closest(plan: &Movements, checked: &[Checked]) -> String {
+    let all = plan.runs.iter().zip(checked).flat_map(|(run, checked)| {
+        checked
+            .uses
+            .all()
+            .map(|(quantity, used)| (run, quantity, used))
     });
     match all.max_by(|a, b| a.2.fraction.total_cmp(&b.2.fraction)) {
         Some((run, quantity, used)) => format!(
@@ -205,4 +210,18 @@ fn closest(plan: &Movements, uses: &[Uses]) -> String {
         ),
         None => "the plan is empty\n".to_owned(),
     }
+}
+
+/// The place of the whole plan where the jacks hold the platform least.
+fn worst_held(plan: &Movements, checked: &[Checked]) -> String {
+    let all = plan.runs.iter().zip(checked);
+    let worst = all.max_by(|a, b| a.1.conditioning.bound.total_cmp(&b.1.conditioning.bound));
+    worst.map_or(String::new(), |(run, checked)| {
+        let Checked { conditioning, .. } = checked;
+        format!(
+            "largest cond(J): run {}, {:.2} at {:.2} s, below {:.2} between samples (limit {CONDITION_LIMIT}); lengths \
+             over the mean\nradius of the upper hinges, so that it has no unit\n",
+            run.name, conditioning.condition, conditioning.time_s, conditioning.bound,
+        )
+    })
 }

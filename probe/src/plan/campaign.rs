@@ -12,7 +12,7 @@
 
 use hexsense::excitation::{DegreeOfFreedom, Signal};
 
-use super::limits::{self, Uses};
+use super::uses::{Uses, uses};
 use super::{Freedom, Plan, Purpose, RampsEntry, Run, Shape, SineEntry};
 use crate::files;
 use crate::geometry_file::GeometryFile;
@@ -160,14 +160,14 @@ fn largest(template: &Run, geometry: &GeometryFile) -> Result<Run, NoRoom> {
     const STEPS: u32 = 12;
     let fits = |uses: &Uses| uses.worst() <= USABLE;
     let whole = scaled(template, 1.0);
-    if fits(&limits::uses(&whole, geometry, PERIOD_S)) {
+    if fits(&uses(&whole, geometry, PERIOD_S)) {
         return Ok(whole);
     }
     let (mut possible, mut impossible) = (0.0, 1.0);
     for _ in 0..STEPS {
         let middle = 0.5 * (possible + impossible);
-        let uses = limits::uses(&scaled(template, middle), geometry, PERIOD_S);
-        *(if fits(&uses) {
+        let used = uses(&scaled(template, middle), geometry, PERIOD_S);
+        *(if fits(&used) {
             &mut possible
         } else {
             &mut impossible
@@ -180,7 +180,7 @@ fn largest(template: &Run, geometry: &GeometryFile) -> Result<Run, NoRoom> {
         .iter()
         .all(|(_, signal)| is_still(signal));
     if still {
-        let used = limits::uses(&scaled(template, impossible), geometry, PERIOD_S).length;
+        let used = uses(&scaled(template, impossible), geometry, PERIOD_S).length;
         return Err(NoRoom {
             run: template.name.clone(),
             jack: used.jack,
@@ -228,6 +228,7 @@ fn scaled(template: &Run, factor: f64) -> Run {
 mod tests {
     use super::*;
     use crate::geometry_file::preset_names;
+    use crate::plan::limits::check;
 
     #[test]
     fn a_base_at_the_end_of_its_stroke_has_no_room() {
@@ -249,12 +250,8 @@ mod tests {
             let plan = plan(&geometry).unwrap();
             let read = Plan::parse("plan.toml", &plan.to_toml()).unwrap();
             assert_eq!(read, plan);
-            for (run, uses) in plan
-                .runs
-                .iter()
-                .zip(limits::check(&plan, &geometry).unwrap())
-            {
-                assert!(uses.worst() <= USABLE, "{name} {}", run.name);
+            for (run, checked) in plan.runs.iter().zip(check(&plan, &geometry).unwrap()) {
+                assert!(checked.uses.worst() <= USABLE, "{name} {}", run.name);
             }
         }
     }

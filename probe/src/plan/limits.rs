@@ -1,244 +1,141 @@
-//! How much of stroke, speed and acceleration a movement uses, and the refusal of one that uses too much.
+//! The refusal of movements that the base cannot make or that its jacks cannot hold.
 //!
-//! Lengths come from inverse kinematics at every row of the program, speed and acceleration from differences of
-//! neighbouring rows,
+//! A movement is sampled at least as finely as the jack program's rows and finer where it is fast: 64 samples to the
+//! period of its fastest sine, 50 to its shortest ramp or fade. What may happen between samples is added before a
+//! value is compared with its limit:
 //!
-//! ```text
-//! v_i = (l_{i+1} − l_{i−1}) / 2h        a_i = (l_{i+1} − 2 l_i + l_{i−1}) / h²
-//! ```
-//!
-//! *Use* is a fraction of what there is: of the way from home to the end of the stroke, of the highest speed, of the
-//! highest acceleration. A use of 1 is the limit itself.
+//! - length: with A the largest acceleration and h the step, A·h²/2. A smooth length leaves the straight line between
+//!   samples by at most A·h²/8; a linear ramp has a kink there, whose jump of speed Δv is seen as at least Δv/2h by
+//!   one of its neighbours and whose tip is at most Δv·h/4 off that line;
+//! - speed and acceleration: half a hundredth. For a sine, differences and the distance of its peak from a sample make
+//!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %.
 
-use std::fmt;
-
-use hexsense::kinematics::{inverse, jacobian, jacobian::condition};
-
+use super::conditioning::{CONDITION_LIMIT, Conditioning, conditioning};
+use super::uses::{Quantity, Use, Uses, uses};
 use super::{Plan, Run};
 use crate::geometry_file::GeometryFile;
 
-/// What is limited.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Hinge-to-hinge length, m.
-    Length,
-    /// Speed of a jack, m/s.
-    Speed,
-    /// Acceleration of a jack, m/s².
-    Acceleration,
-}
-
-impl Quantity {
-    /// Unit of values and limits.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Length => "m",
-            Self::Speed => "m/s",
-            Self::Acceleration => "m/s²",
-        }
-    }
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Length => "length",
-            Self::Speed => "speed",
-            Self::Acceleration => "acceleration",
-        })
-    }
-}
-
-/// The place where a movement comes closest to a limit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Use {
-    /// The jack, 1 to 6.
-    pub jack: usize,
-    /// Time from the start of the program, s.
-    pub time_s: f64,
-    /// Length, speed or acceleration there: m, m/s, m/s².
-    pub value: f64,
-    /// The limit that it comes closest to; infinite where the geometry file names none.
-    pub limit: f64,
-    /// Fraction of the room that is used; 1 at the limit.
-    pub fraction: f64,
-}
-
-impl Use {
-    const NONE: Self = Self {
-        jack: 1,
-        time_s: 0.0,
-        value: 0.0,
-        limit: f64::INFINITY,
-        fraction: 0.0,
-    };
-
-    fn or_worse(&mut self, other: Self) {
-        if other.fraction > self.fraction
-            || (other.limit.is_infinite() && other.value.abs() > self.value.abs())
-        {
-            *self = other;
-        }
-    }
-}
-
-/// How close a movement comes to the limits of the base.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uses {
-    /// Of the way from home to the nearer end of the stroke.
-    pub length: Use,
-    /// Of the highest speed.
-    pub speed: Use,
-    /// Of the highest acceleration.
-    pub acceleration: Use,
-    /// Largest condition number of the Jacobian on the way, metres and radians as units.
-    pub condition: f64,
-}
-
-impl Uses {
-    /// The largest fraction of any limit.
-    #[must_use]
-    pub fn worst(&self) -> f64 {
-        self.length
-            .fraction
-            .max(self.speed.fraction)
-            .max(self.acceleration.fraction)
-    }
-}
+/// Samples to a period, and to a ramp or fade.
+const SAMPLES_PER_PERIOD: f64 = 64.0;
+const SAMPLES_PER_RAMP: f64 = 50.0;
+/// What speed and acceleration may be above their largest sample, relative.
+const BETWEEN_SAMPLES: f64 = 0.005;
 
 /// A movement that the base cannot make.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "run {run} leaves what the base can do: at {time_s:.3} s the {quantity} of jack {jack} is {value:.4} {unit}, \
-     limit {limit:.4} {unit}; make the movement smaller or slower",
-    unit = quantity.unit()
-)]
-pub struct BeyondLimit {
-    /// Name of the run.
-    pub run: String,
-    /// The jack, 1 to 6.
-    pub jack: usize,
-    /// Time from the start of the program, s.
-    pub time_s: f64,
-    /// What is beyond.
-    pub quantity: Quantity,
-    /// Its value.
-    pub value: f64,
-    /// Its limit.
-    pub limit: f64,
+pub enum BeyondLimit {
+    /// A jack would leave its stroke, or move or accelerate too fast.
+    #[error(
+        "run {run} leaves what the base can do: at {time_s:.3} s the {quantity} of jack {jack} is {value:.4} {unit}, \
+         limit {limit:.4} {unit}; make the movement smaller or slower",
+        unit = quantity.unit()
+    )]
+    Jack {
+        /// Name of the run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// Time from the start of the program, s.
+        time_s: f64,
+        /// What is beyond.
+        quantity: Quantity,
+        /// Its value, what may happen between samples included.
+        value: f64,
+        /// Its limit.
+        limit: f64,
+    },
+    /// The jacks would hardly hold the platform.
+    #[error(
+        "run {run} comes close to a pose in which the jacks do not hold the platform: at {time_s:.3} s the condition \
+         number of the Jacobian may reach {bound:.1}, limit {CONDITION_LIMIT}; make the movement smaller"
+    )]
+    Condition {
+        /// Name of the run.
+        run: String,
+        /// Time from the start of the program, s.
+        time_s: f64,
+        /// What the condition number stays below, without unit.
+        bound: f64,
+    },
+}
+
+/// A run that the base can make.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked {
+    /// What it uses of the jacks.
+    pub uses: Uses,
+    /// How well the jacks hold the platform.
+    pub conditioning: Conditioning,
 }
 
 /// Checks every run of a plan and returns what each uses, in order.
 ///
 /// # Errors
 /// [`BeyondLimit`] for the first run that the base cannot make.
-pub fn check(plan: &Plan, geometry: &GeometryFile) -> Result<Vec<Uses>, BeyondLimit> {
+pub fn check(plan: &Plan, geometry: &GeometryFile) -> Result<Vec<Checked>, BeyondLimit> {
     plan.runs
         .iter()
-        .map(|run| check_run(run, geometry, plan.period_s))
+        .map(|run| check_run(run, geometry, step_s(run, plan.period_s)))
         .collect()
 }
 
-fn check_run(run: &Run, geometry: &GeometryFile, period_s: f64) -> Result<Uses, BeyondLimit> {
-    let uses = uses(run, geometry, period_s);
-    for (quantity, used) in [
-        (Quantity::Length, uses.length),
-        (Quantity::Speed, uses.speed),
-        (Quantity::Acceleration, uses.acceleration),
-    ] {
-        if used.fraction > 1.0 {
-            return Err(BeyondLimit {
+/// Time between samples of a run, s: the program's period or a whole fraction of it.
+#[must_use]
+pub fn step_s(run: &Run, period_s: f64) -> f64 {
+    let sines = run.sine.iter().flat_map(|sine| {
+        [
+            1.0 / (sine.frequency_hz * SAMPLES_PER_PERIOD),
+            sine.fade_s / SAMPLES_PER_RAMP,
+        ]
+    });
+    let ramps = run
+        .ramps
+        .iter()
+        .map(|ramps| ramps.step_s / SAMPLES_PER_RAMP);
+    let finest = sines.chain(ramps).fold(period_s, f64::min);
+    period_s / (period_s / finest).ceil()
+}
+
+fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked, BeyondLimit> {
+    let uses = uses(run, geometry, step_s);
+    let between_m = uses.acceleration.value.abs() * step_s * step_s / 2.0;
+    let shortest_m = geometry.geometry.length_min_m();
+    for (quantity, used) in uses.all() {
+        let value = highest(quantity, &used, between_m, shortest_m);
+        let outside = match quantity {
+            Quantity::Length if used.limit == shortest_m => value < used.limit,
+            Quantity::Length => value > used.limit,
+            Quantity::Speed | Quantity::Acceleration => value.abs() > used.limit,
+        };
+        if outside {
+            return Err(BeyondLimit::Jack {
                 run: run.name.clone(),
                 jack: used.jack,
                 time_s: used.time_s,
                 quantity,
-                value: used.value,
+                value,
                 limit: used.limit,
             });
         }
     }
-    Ok(uses)
-}
-
-/// What one run uses, sampled every `period_s`.
-#[must_use]
-pub fn uses(run: &Run, geometry: &GeometryFile, period_s: f64) -> Uses {
-    let lengths = lengths(run, geometry, period_s);
-    let home = inverse(&geometry.geometry, &geometry.geometry.home());
-    let (shortest, longest) = (
-        geometry.geometry.length_min_m(),
-        geometry.geometry.length_max_m(),
-    );
-    let speed_max = geometry.speed_max_m_s.unwrap_or(f64::INFINITY);
-    let acceleration_max = geometry.acceleration_max_m_s2.unwrap_or(f64::INFINITY);
-    let mut uses = Uses {
-        length: Use::NONE,
-        speed: Use::NONE,
-        acceleration: Use::NONE,
-        condition: 0.0,
-    };
-    for (row, now) in lengths.iter().enumerate() {
-        let before = &lengths[row.saturating_sub(1)];
-        let after = lengths.get(row + 1).unwrap_or(now);
-        for jack in 0..6 {
-            let place = |value, limit, fraction| Use {
-                jack: jack + 1,
-                time_s: row as f64 * period_s,
-                value,
-                limit,
-                fraction,
-            };
-            let limit = if now[jack] < home[jack] {
-                shortest
-            } else {
-                longest
-            };
-            let way = (now[jack] - home[jack]).abs();
-            let fraction = if way > 0.0 {
-                way / (limit - home[jack]).abs()
-            } else {
-                0.0
-            };
-            uses.length.or_worse(place(now[jack], limit, fraction));
-            let speed = (after[jack] - before[jack]) / (2.0 * period_s);
-            uses.speed
-                .or_worse(place(speed, speed_max, speed.abs() / speed_max));
-            let acceleration =
-                (after[jack] - 2.0 * now[jack] + before[jack]) / (period_s * period_s);
-            uses.acceleration.or_worse(place(
-                acceleration,
-                acceleration_max,
-                acceleration.abs() / acceleration_max,
-            ));
-        }
+    let conditioning = conditioning(run, &geometry.geometry);
+    if conditioning.bound <= CONDITION_LIMIT {
+        return Ok(Checked { uses, conditioning });
     }
-    uses.condition = worst_condition(run, geometry);
-    uses
+    Err(BeyondLimit::Condition {
+        run: run.name.clone(),
+        time_s: conditioning.time_s,
+        bound: conditioning.bound,
+    })
 }
 
-/// Lengths of the six jacks at every row, from the start of the program to its end.
-fn lengths(run: &Run, geometry: &GeometryFile, period_s: f64) -> Vec<[f64; 6]> {
-    let program = run.program();
-    let rows = (program.duration_s() / period_s).ceil() as usize;
-    (0..=rows)
-        .map(|row| {
-            inverse(
-                &geometry.geometry,
-                &program.pose(&geometry.geometry, row as f64 * period_s),
-            )
-        })
-        .collect()
-}
-
-fn worst_condition(run: &Run, geometry: &GeometryFile) -> f64 {
-    const PERIOD_S: f64 = 0.1;
-    let program = run.program();
-    let rows = (program.duration_s() / PERIOD_S).ceil() as usize;
-    (0..=rows)
-        .map(|row| program.pose(&geometry.geometry, row as f64 * PERIOD_S))
-        .map(|pose| condition(&jacobian(&geometry.geometry, &pose)))
-        .fold(0.0, f64::max)
+/// What a value may reach between samples.
+fn highest(quantity: Quantity, used: &Use, between_m: f64, shortest_m: f64) -> f64 {
+    match quantity {
+        Quantity::Length if used.limit == shortest_m => used.value - between_m,
+        Quantity::Length => used.value + between_m,
+        Quantity::Speed | Quantity::Acceleration => used.value * (1.0 + BETWEEN_SAMPLES),
+    }
 }
 
 #[cfg(test)]
@@ -246,39 +143,82 @@ mod tests {
     use super::*;
     use crate::plan::campaign;
 
-    #[test]
-    fn a_movement_that_leaves_the_stroke_is_refused_with_jack_time_length_and_limit() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap();
-        let plan = campaign::plan(&geometry).unwrap();
-        let text = plan.to_toml().replace("20.0", "44.0");
-        let refusal = check(&Plan::parse("plan.toml", &text).unwrap(), &geometry).unwrap_err();
-        assert_eq!(
-            (refusal.run.as_str(), refusal.quantity),
-            ("pitch", Quantity::Length)
-        );
-        assert!((4.0..=20.0).contains(&refusal.time_s));
-        let lengths = 2.10..=3.40;
-        assert!(lengths.contains(&refusal.limit) && !lengths.contains(&refusal.value));
+    fn refused(geometry: &GeometryFile, change: impl FnOnce(&mut Plan)) -> BeyondLimit {
+        let mut plan = campaign::plan(geometry).unwrap();
+        change(&mut plan);
+        check(&plan, geometry).unwrap_err()
+    }
+
+    fn keep(plan: &mut Plan, name: &str) {
+        plan.runs.retain(|run| run.name == name);
     }
 
     #[test]
-    fn speed_and_acceleration_of_a_heave_are_those_of_the_jacks() {
-        // At home the jacks' share of a small heave is h/l, the cosine of their slope.
+    fn a_movement_that_leaves_the_stroke_is_refused_with_jack_time_length_and_limit() {
         let geometry = GeometryFile::load("an-74tk-200").unwrap();
-        let mut run = campaign::plan(&geometry)
-            .unwrap()
-            .run("heave")
-            .unwrap()
-            .clone();
-        run.sine[0].amplitude_m = Some(0.001);
-        run.sine[0].fade_s = 60.0;
-        let home = geometry.geometry.home();
-        let slope = home.position.y / inverse(&geometry.geometry, &home)[0];
-        let omega = std::f64::consts::TAU * 0.5;
-        let uses = uses(&run, &geometry, 0.002);
-        assert!((uses.speed.value.abs() / (0.001 * omega * slope) - 1.0).abs() < 1e-3);
-        assert!(
-            (uses.acceleration.value.abs() / (0.001 * omega * omega * slope) - 1.0).abs() < 1e-3
-        );
+        let refusal = refused(&geometry, |plan| {
+            keep(plan, "pitch");
+            for level in plan.runs[0].ramps[0].levels_deg.iter_mut().flatten() {
+                *level *= 2.2;
+            }
+        });
+        let BeyondLimit::Jack {
+            run,
+            time_s,
+            quantity,
+            value,
+            limit,
+            ..
+        } = refusal
+        else {
+            panic!("{refusal}");
+        };
+        assert_eq!((run.as_str(), quantity), ("pitch", Quantity::Length));
+        assert!((4.0..=20.0).contains(&time_s));
+        let lengths = 2.10..=3.40;
+        assert!(lengths.contains(&limit) && !lengths.contains(&value));
+    }
+
+    #[test]
+    fn a_sine_that_is_zero_in_every_row_of_its_program_is_seen_between_them() {
+        let geometry = GeometryFile::load("an-74tk-200").unwrap();
+        let refusal = refused(&geometry, |plan| {
+            keep(plan, "heave");
+            plan.period_s = 0.1;
+            plan.runs[0].sine[0].frequency_hz = 10.0;
+        });
+        assert!(refusal.to_string().contains("speed of jack"), "{refusal}");
+    }
+
+    #[test]
+    fn a_pose_that_the_jacks_hardly_hold_is_refused_although_every_jack_is_within_its_limits() {
+        let (_, text) = hexsense::kinematics::presets::PRESETS[2];
+        let text = text
+            .replace("length_min = 2.10", "length_min = 0.50")
+            .replace("length_max = 3.40", "length_max = 9.00");
+        let geometry = GeometryFile::parse("an.toml", &text).unwrap();
+        // The platform turned by a right angle about the vertical: all six jacks pass by its axis alike.
+        let refusal = refused(&geometry, |plan| {
+            keep(plan, "yaw-sine");
+            plan.runs[0].sine[0].amplitude_deg = Some(89.0);
+            plan.runs[0].sine[0].frequency_hz = 0.01;
+            plan.runs[0].sine[0].fade_s = 60.0;
+        });
+        let BeyondLimit::Condition { time_s, bound, .. } = refusal else {
+            panic!("{refusal}");
+        };
+        assert!(bound > CONDITION_LIMIT && time_s > 0.0);
+    }
+
+    #[test]
+    fn a_step_is_a_whole_fraction_of_the_period_and_short_enough_for_the_fastest_sine() {
+        let geometry = GeometryFile::load("an-74tk-200").unwrap();
+        let plan = campaign::plan(&geometry).unwrap();
+        let mut run = plan.run("held-out").unwrap().clone();
+        assert_eq!(step_s(&run, 0.002), 0.002);
+        run.sine[2].frequency_hz = 20.0;
+        let step = step_s(&run, 0.002);
+        assert!(step <= 1.0 / (20.0 * SAMPLES_PER_PERIOD));
+        assert!((0.002 / step - (0.002 / step).round()).abs() < 1e-9);
     }
 }

@@ -18,15 +18,21 @@
 //! - [`campaign`]: the movements of the method, as large as a base allows.
 //! - [`entries`]: how one degree of freedom is written.
 //! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
-//! - [`limits`]: how much of stroke, speed and acceleration a movement uses.
+//! - [`uses`]: how much of stroke, speed and acceleration a movement uses.
+//! - [`conditioning`]: how well the jacks hold the platform along it.
+//! - [`limits`]: the refusal of a movement that uses too much.
+//! - [`margins`]: a figure of it.
 //! - [`programs`]: the six jack programs that a motion controller loads.
 
 pub mod campaign;
+pub mod conditioning;
 pub mod entries;
 pub mod forecast;
 pub mod ideal;
 pub mod limits;
+pub mod margins;
 pub mod programs;
+pub mod uses;
 
 use std::path::Path;
 
