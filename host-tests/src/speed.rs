@@ -15,6 +15,7 @@
 use std::f64::consts::TAU;
 use std::hint::black_box;
 use std::num::NonZero;
+use std::ops::Range;
 use std::thread;
 use std::time::Instant;
 
@@ -27,12 +28,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Uniform};
 use serde::{Deserialize, Serialize};
 
-/// Poses of a round: more than a branch predictor learns by heart.
+/// Poses: more than a branch predictor learns by heart.
 const POSES: usize = 10_000;
+/// Calls of a round, which takes the next of the poses: so few that a scheduler seldom comes between.
+const CALLS: usize = 500;
 /// Samples of a period of the movement.
 const PERIOD: usize = 1_000;
 /// Rounds that a median is taken of.
-const ROUNDS: usize = 201;
+const ROUNDS: usize = 4_000;
 /// Samples of the batch.
 const BATCH: usize = 1_000_000;
 /// Rounds of the batch.
@@ -92,37 +95,42 @@ pub fn measure() -> Figures {
     let solver = Solver::new(&base(), Options::default());
     let geometry = solver.geometry();
     let (still, moving) = (random_poses(), movement());
-    // The movement is periodic: before its first sample comes its last.
-    let before = moving[POSES - 1];
     let (still_lengths, moving_lengths) = (
         all_lengths(geometry, &still),
         all_lengths(geometry, &moving),
     );
-    let mut cold = || {
-        for lengths in &still_lengths {
+    let mut cold = |round: usize| {
+        for lengths in &still_lengths[calls(round)] {
             let _ = black_box(solver.solve(black_box(lengths)));
         }
     };
-    let mut warm = || {
-        for answer in track(&solver, &moving_lengths, before) {
+    let mut warm = |round: usize| {
+        let last = moving[(calls(round).start + POSES - 1) % POSES];
+        for answer in track(&solver, &moving_lengths[calls(round)], last) {
             let _ = black_box(answer);
         }
     };
-    let mut back = || {
-        for pose in &still {
+    let mut back = |round: usize| {
+        for pose in &still[calls(round)] {
             black_box(inverse(geometry, black_box(pose)));
         }
     };
     let [cold_ns, warm_ns, inverse_ns] =
-        medians_ns(ROUNDS, POSES, [&mut cold, &mut warm, &mut back]);
+        medians_ns(ROUNDS, CALLS, [&mut cold, &mut warm, &mut back]);
     let cold = still_lengths.iter().map(|lengths| solver.solve(lengths));
-    let warm = track(&solver, &moving_lengths, before);
+    let warm = track(&solver, &moving_lengths, moving[POSES - 1]);
     Figures {
         cold: judge(cold_ns, &still, cold),
         warm: judge(warm_ns, &moving, warm),
         inverse: Inverse { ns: inverse_ns },
         batch: batch(&solver, &moving_lengths),
     }
+}
+
+/// The poses that a round takes. The movement is periodic: before its first pose comes its last.
+fn calls(round: usize) -> Range<usize> {
+    let start = round * CALLS % POSES;
+    start..start + CALLS
 }
 
 fn base() -> Geometry<f64> {
@@ -212,7 +220,7 @@ fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
     let run: Vec<[f64; 6]> = movement.iter().copied().cycle().take(BATCH).collect();
     let mut answers: Vec<_> = run.iter().map(|lengths| solver.solve(lengths)).collect();
     let share = BATCH.div_ceil(threads);
-    let mut solve = || {
+    let mut solve = |_| {
         thread::scope(|scope| {
             for (run, answers) in run.chunks(share).zip(answers.chunks_mut(share)) {
                 scope.spawn(|| {
@@ -235,13 +243,13 @@ fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
 fn medians_ns<const N: usize>(
     rounds: usize,
     calls: usize,
-    mut works: [&mut dyn FnMut(); N],
+    mut works: [&mut dyn FnMut(usize); N],
 ) -> [f64; N] {
     let mut times = [const { Vec::new() }; N];
-    for _ in 0..rounds {
+    for round in 0..rounds {
         for (work, times) in works.iter_mut().zip(&mut times) {
             let start = Instant::now();
-            work();
+            work(round);
             times.push(start.elapsed().as_secs_f64() * 1e9 / calls as f64);
         }
     }
