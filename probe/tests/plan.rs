@@ -1,5 +1,6 @@
 //! A plan is judged before anything moves.
 
+use assert_cmd::Command;
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::forecast::{Forecast, forecast};
 use hexsense_probe::plan::{Plan, campaign};
@@ -77,4 +78,28 @@ fn a_tiny_turn_is_ill_determined() {
     let advised: Vec<&str> = forecast.advice.iter().map(|line| &line[..2]).collect();
     assert_eq!(advised, ["ex", "wx"], "{:?}", forecast.advice);
     assert!(forecast.advice[0].contains("make the roll sine larger"));
+}
+
+#[test]
+fn the_command_prints_forecast_and_advice_and_draws_the_margins() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("sensors.toml", &twin::papers::sensor_file(7));
+    let mut plan = campaign::plan(&geometry()).unwrap();
+    without("heave")(&mut plan);
+    write("edited.toml", &plan.to_toml());
+    let mut command = Command::cargo_bin("hexsense").unwrap();
+    let base = ["plan", "--geometry", GEOMETRY, "--out", "campaign"];
+    let files = ["--plan", "edited.toml", "--sensors", "sensors.toml"];
+    let output = command
+        .current_dir(folder.path())
+        .args(base)
+        .args(files)
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("advice: ay is ill-determined"), "{text}");
+    assert!(text.contains("largest cond(J): run"), "{text}");
+    let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
+    assert!(figure.starts_with("<svg xmlns=") && figure.contains("pitch: acceleration"));
 }

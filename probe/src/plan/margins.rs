@@ -101,14 +101,13 @@ fn curves(run: &Run, period_s: f64, geometry: &GeometryFile) -> [[Vec<Point>; JA
     let group = ((run.duration_s() / step_s) as usize / POINTS).max(1);
     let mut curves: [[Vec<Point>; JACKS]; 3] = Default::default();
     let mut add = |rows: &[Row]| {
-        for quantity in Quantity::ALL {
-            for jack in 0..JACKS {
+        for (quantity, curves) in Quantity::ALL.into_iter().zip(&mut curves) {
+            for (jack, curve) in curves.iter_mut().enumerate() {
                 let uses = rows.iter().map(|row| {
                     let value = row.values[quantity as usize][jack];
                     (row.time_s, room.fraction(quantity, jack, value))
                 });
-                let peak = uses.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-                curves[quantity as usize][jack].extend(peak);
+                curve.extend(uses.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())));
             }
         }
     };
