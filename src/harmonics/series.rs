@@ -33,7 +33,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// Starts a fit over `length` samples at `omega` rad per sample.
+    /// Starts a fit over `length` samples at `omega` rad per sample; below π/5, so that the fifth harmonic is no alias.
     #[must_use]
     pub fn new(omega: f64, length: usize) -> Self {
         Self {

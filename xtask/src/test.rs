@@ -47,7 +47,7 @@ fn host_tests() -> Command {
     if nextest {
         tests.arg("run");
     }
-    tests.args(["--workspace"]);
+    tests.args(["--workspace", "--no-fail-fast"]);
     tests
 }
 

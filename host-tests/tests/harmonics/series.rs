@@ -11,9 +11,11 @@ use crate::reference;
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
+    // At least 64 values for six periods keep the fifth harmonic below half the sample rate; beyond it harmonics
+    // alias onto each other and the fit has no answer.
     #[test]
     fn any_series_is_fitted_as_independent_least_squares_do(
-        values in vec(-1.0_f64..1.0, 40..400), periods in 1.0_f64..6.0, offset in -20.0_f64..20.0,
+        values in vec(-1.0_f64..1.0, 64..400), periods in 1.0_f64..6.0, offset in -20.0_f64..20.0,
     ) {
         let values: Vec<f64> = values.iter().map(|value| value + offset).collect();
         let cycles = periods / values.len() as f64;

@@ -6,6 +6,7 @@
 //! sensors.toml        copy of the sensor file
 //! board.json          what was read from the board
 //! programs/NAME.csv   jack programs
+//! margins.svg         how much of stroke, speed and acceleration they use (by `hexsense plan`)
 //! captures/NAME.csv   scans of a run, see [`crate::capture`]
 //! captures/NAME.json  what is known of a run beside its scans
 //! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
