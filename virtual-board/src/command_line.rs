@@ -35,6 +35,13 @@ pub struct CommandLine {
     /// Seed of noise and random numbers. The twin brings one of its own, which this replaces; without a twin it is 1.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+
+    /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
+    /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.
+    /// May be given several times. The counts are printed on stdout as one line of JSON, {"counts":[…]}, whenever a host
+    /// goes away and when the board halts.
+    #[arg(long, value_name = "NAME")]
+    pub count: Vec<String>,
 }
 
 fn pins_address(text: &str) -> Result<String, String> {

@@ -8,12 +8,13 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use virtual_board::bench::link::Link;
+use virtual_board::bench::link::{Link, print_counts};
 use virtual_board::bench::pins::{BoardParameters, Pins};
 use virtual_board::firmware::elf::Firmware;
 use virtual_board::firmware::log::FirmwareLog;
 use virtual_board::machine::Machine;
 use virtual_board::machine::bus::Bus;
+use virtual_board::machine::counting::{Counting, Target};
 use virtual_board::machine::memory::FlashMemory;
 
 use self::command_line::CommandLine;
@@ -41,5 +42,36 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     let mut stdout = std::io::stdout();
     writeln!(stdout, "{}", serde_json::json!({ "link": link.name()? }))?;
     stdout.flush()?;
-    Ok(link.serve(&mut machine)?)
+    if !options.count.is_empty() {
+        machine.count(targets(&options.count, &firmware)?);
+    }
+    let ended = link.serve(&mut machine);
+    print_counts(&machine);
+    Ok(ended?)
+}
+
+/// First interrupt's exception number.
+const IRQ: usize = 16;
+
+fn targets(names: &[String], firmware: &Firmware) -> Result<Counting, String> {
+    let mut counting = Counting::default();
+    for name in names {
+        if let Some(number) = name.strip_prefix("irq:") {
+            let number: usize = number
+                .parse()
+                .map_err(|_| format!("--count {name}: expected irq:N with a number"))?;
+            counting.add(Target::Exception(IRQ + number), name, name);
+            continue;
+        }
+        let functions = firmware.functions(name);
+        if functions.is_empty() {
+            return Err(format!(
+                "--count {name}: the firmware has no such function: it may be misspelt, or inlined everywhere"
+            ));
+        }
+        for (symbol, address) in functions {
+            counting.add(Target::Function(address), name, &symbol);
+        }
+    }
+    Ok(counting)
 }

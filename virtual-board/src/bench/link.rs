@@ -10,6 +10,13 @@ use super::cable::{Cable, Pty};
 use super::lockstep::Lockstep;
 use crate::machine::{Machine, Stop};
 
+/// Prints the counts of instructions, if any were asked for, as one line of JSON.
+pub fn print_counts(machine: &Machine) {
+    if let Some(counts) = machine.counts() {
+        println!("{}", serde_json::json!({ "counts": counts }));
+    }
+}
+
 /// What `--link` says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinkAddress {

@@ -13,7 +13,7 @@
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-use super::link::LinkError;
+use super::link::{LinkError, print_counts};
 use crate::machine::Machine;
 
 /// The machine stops for the host when so many bytes wait.
@@ -38,6 +38,7 @@ impl Lockstep {
         loop {
             let (stream, _) = self.listener.accept()?;
             serve_host(stream, machine)?;
+            print_counts(machine);
         }
     }
 }

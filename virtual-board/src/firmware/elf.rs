@@ -1,4 +1,4 @@
-//! Reads the firmware's ELF file: what belongs into flash, and where the RTT control block is.
+//! Reads the firmware's ELF file: what belongs into flash, where the RTT control block is, and where functions begin.
 
 use std::fs;
 use std::io;
@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use object::elf::{EM_ARM, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol};
+use object::{Endianness, Object, ObjectSymbol, SymbolKind};
+use rustc_demangle::demangle;
 use thiserror::Error;
 
 use crate::machine::memory::{FLASH_BASE, FlashMemory};
@@ -131,6 +132,24 @@ impl Firmware {
             rtt,
             file,
         })
+    }
+
+    /// Symbols and first addresses of the functions called `name`: the symbol itself, or the path that it stands for,
+    /// without hash. One path can stand for several functions.
+    pub fn functions(&self, name: &str) -> Vec<(String, u32)> {
+        let Ok(elf) = ElfFile32::<Endianness>::parse(self.file.as_slice()) else {
+            return Vec::new();
+        };
+        let mut found: Vec<_> = elf
+            .symbols()
+            .filter(|symbol| symbol.kind() == SymbolKind::Text)
+            .filter_map(|symbol| Some((symbol.name().ok()?, symbol.address() as u32 & !1)))
+            .filter(|(symbol, _)| *symbol == name || format!("{:#}", demangle(symbol)) == name)
+            .map(|(symbol, address)| (symbol.to_owned(), address))
+            .collect();
+        found.sort_by_key(|(_, address)| *address);
+        found.dedup_by_key(|(_, address)| *address);
+        found
     }
 
     /// Programs the image as a debug probe would: the pages it needs are erased and written, and no others. Pages that

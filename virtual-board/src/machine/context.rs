@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 use super::bus::{Bus, FLASH_SIZE};
+use super::counting::Counting;
 use super::faults::{BadAccess, Fault};
 use super::instructions::BlockTable;
 use super::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, RAM_BASE, RAM_SIZE};
@@ -83,6 +84,8 @@ pub(super) struct Context {
     pub(super) last_hard_fault: Option<(Fault, u32)>,
     /// Banks whose reads come to the hook.
     pub(super) watched: [bool; 2],
+    /// Counts of instructions, if any were asked for.
+    pub(super) counting: Option<Counting>,
     log: FirmwareLog,
     log_due: Cycles,
 }
@@ -106,6 +109,7 @@ impl Context {
             bad_access: None,
             last_hard_fault: None,
             watched: [false; 2],
+            counting: None,
             log,
             log_due: 0,
         }
@@ -255,6 +259,9 @@ impl Context {
         self.sleep = None;
         self.attention = 0;
         self.last_hard_fault = None;
+        if let Some(counting) = &mut self.counting {
+            counting.reset();
+        }
         self.log.restart();
     }
 

@@ -10,6 +10,7 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_err
 
 use super::bus::Bus;
 use super::context::{Context, Pause, Sleep};
+use super::counting::{Count, Counting};
 use super::faults::Halt;
 use super::hooks::{self, STUB_BASE, masks_of, register_of};
 use super::memory::{Block, FLASH_BASE, FlashFileError};
@@ -93,6 +94,16 @@ impl Machine {
     /// As [`Self::bus`], to be changed; what changes is noticed when the machine runs on.
     pub fn bus_mut(&mut self) -> &mut Bus {
         &mut self.context_mut().bus
+    }
+
+    /// Counts instructions from now on.
+    pub fn count(&mut self, counting: Counting) {
+        self.context_mut().counting = Some(counting);
+    }
+
+    /// What has been counted; `None` if nothing was asked for.
+    pub fn counts(&self) -> Option<&[Count]> {
+        self.context().counting.as_ref().map(Counting::counts)
     }
 
     /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.

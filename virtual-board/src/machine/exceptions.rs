@@ -103,6 +103,9 @@ impl Machine {
     fn go_to_handler(&mut self, exception: usize) -> Result<(), Stop> {
         let context = self.context_mut();
         context.bus.nvic.activate(exception);
+        if let Some(counting) = &mut context.counting {
+            counting.enter(exception);
+        }
         context.cycles += ENTRY_CYCLES;
         context.event = true;
         context.sleep = None;
@@ -137,6 +140,9 @@ impl Machine {
         }
         let context = self.context_mut();
         context.bus.nvic.deactivate(exception);
+        if let Some(counting) = &mut context.counting {
+            counting.leave();
+        }
         context.cycles += RETURN_CYCLES;
         context.event = true;
         if exception != crate::peripherals::nvic::NMI {

@@ -192,10 +192,29 @@ fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
     let info = context.blocks[area]
         .get(address, size)
         .unwrap_or_else(|| decode_block(uc, area, address, size));
+    if uc.get_data().counting.is_some() {
+        count(uc, address, info.instructions);
+    }
     let context = uc.get_data_mut();
     context.block_end = address.wrapping_add(size);
     context.cycles += Cycles::from(info.instructions);
     context.event |= info.sends_event;
+}
+
+/// Shows a block that will run to the counts that were asked for.
+fn count(uc: &mut Unicorn<'_, Context>, address: u32, instructions: u32) {
+    let registers = uc
+        .get_data()
+        .counting
+        .as_ref()
+        .is_some_and(|counting| counting.looks_at(address))
+        .then(|| [RegisterARM::SP, RegisterARM::LR].map(|register| register_of(uc, register)));
+    if let Some(counting) = &mut uc.get_data_mut().counting {
+        if let Some([stack, link]) = registers {
+            counting.arrive(address, stack, link);
+        }
+        counting.execute(instructions);
+    }
 }
 
 fn is_stub(address: u32) -> bool {

@@ -8,6 +8,7 @@ pub mod bus;
 pub mod clock;
 mod context;
 pub mod core;
+pub mod counting;
 pub mod exceptions;
 pub mod faults;
 mod hooks;

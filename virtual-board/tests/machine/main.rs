@@ -1,6 +1,7 @@
 //! The core, its exceptions and the wiring of the chip, with programs of a few instructions.
 
 mod code;
+mod counting;
 mod exceptions;
 mod faults;
 mod flash;
