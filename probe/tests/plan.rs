@@ -103,3 +103,165 @@ fn the_command_prints_forecast_and_advice_and_draws_the_margins() {
     let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
     assert!(figure.starts_with("<svg xmlns=") && figure.contains("pitch: acceleration"));
 }
+
+/// The sections on multisines of the plan that the README shows.
+const MULTISINE: &str = r#"
+[[run]]
+name = "three-at-once"
+purpose = "verify"
+[run.multisine]
+fundamental_hz = 0.1
+fade_s = 5.0
+settle_periods = 1
+estimate_periods = 2
+[[run.multisine.lines]]
+freedom = "heave"
+harmonics = [3, 9, 15]
+amplitudes_m = [0.04, 0.01, 0.005]
+[[run.multisine.lines]]
+freedom = "roll"
+harmonics = [4, 10, 16]
+amplitudes_deg = [3.0, 1.0, 0.5]
+[[run.multisine.lines]]
+freedom = "pitch"
+harmonics = [5, 11, 17]
+amplitudes_deg = [3.0, 1.0, 0.5]
+"#;
+
+/// The default plan with a run of three multisines, as a file.
+fn with_multisine() -> String {
+    let plan = campaign::plan(&geometry()).unwrap().to_toml();
+    plan + MULTISINE
+}
+
+#[test]
+fn a_multisine_survives_its_file_and_the_estimate_holds_whole_periods_of_all_lines() {
+    let plan = Plan::parse("plan.toml", &with_multisine()).unwrap();
+    assert_eq!(Plan::parse("again.toml", &plan.to_toml()).unwrap(), plan);
+    let run = plan.run("three-at-once").unwrap();
+    assert!((run.duration_s() - 40.0).abs() < 1e-9);
+    let timing = run.multisine.as_ref().unwrap().timing();
+    let program = run.program();
+    let start_s = timing.estimate_start_s();
+    for (freedom, line) in [(1, 0.3), (1, 1.5), (3, 0.4), (3, 1.6), (5, 0.5), (5, 1.7)] {
+        let periods = timing.estimate_s() * line;
+        assert!((periods - periods.round()).abs() < 1e-9, "{line} Hz");
+        let (one, after) = (start_s + 3.0, start_s + 3.0 + 1.0 / timing.fundamental_hz);
+        let there = program.displacement(one)[freedom] - program.displacement(after)[freedom];
+        assert!(there.abs() < 1e-12, "{freedom}: {there}");
+    }
+}
+
+#[test]
+fn the_command_plans_a_multisine_and_writes_its_six_jack_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("edited.toml"), with_multisine()).unwrap();
+    let plan = |file: &str| {
+        Command::cargo_bin("hexsense")
+            .unwrap()
+            .current_dir(folder.path())
+            .args(["plan", "--geometry", GEOMETRY, "--plan", file])
+            .args(["--out", "campaign"])
+            .output()
+            .unwrap()
+    };
+    let output = plan("edited.toml");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{:?}", output.stderr);
+    assert!(
+        text.contains("heave 3 lines, 0.3000 to 1.5000 Hz, crest factor"),
+        "{text}"
+    );
+    assert!(
+        text.contains("pitch 3 lines, 0.5000 to 1.7000 Hz, crest factor"),
+        "{text}"
+    );
+    let program = folder.path().join("campaign/programs/three-at-once.csv");
+    let program = std::fs::read_to_string(program).unwrap();
+    assert_eq!(program.lines().count(), 1 + 40 * 500 + 1);
+    let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
+    assert!(figure.contains("three-at-once: speed"));
+
+    // Twenty times faster it is a movement of the same size that no jack can follow.
+    let fast = with_multisine().replace("fundamental_hz = 0.1", "fundamental_hz = 2.0");
+    std::fs::write(folder.path().join("fast.toml"), fast).unwrap();
+    let output = plan("fast.toml");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    assert!(
+        text.contains("run three-at-once") && text.contains("speed of jack"),
+        "{text}"
+    );
+}
+
+#[test]
+fn every_bad_multisine_is_refused_with_file_key_value_and_limit() {
+    let cases = [
+        (
+            "fundamental_hz = 0.1",
+            "fundamental_hz = 0.0",
+            "multisine.fundamental_hz",
+        ),
+        (
+            "fundamental_hz = 0.1",
+            "fundamental_hz = nan",
+            "multisine.fundamental_hz",
+        ),
+        ("fade_s = 5.0", "fade_s = 0.0", "multisine.fade_s"),
+        (
+            "estimate_periods = 2",
+            "estimate_periods = 0",
+            "multisine.estimate_periods",
+        ),
+        (
+            "estimate_periods = 2",
+            "estimate_periods = -1",
+            "estimate_periods",
+        ),
+        (
+            "estimate_periods = 2",
+            "estimate_periods = 60000",
+            "length in seconds",
+        ),
+        (
+            "[4, 10, 16]",
+            "[4, 9, 16]",
+            "multisine.lines.harmonics is 9 twice",
+        ),
+        ("[4, 10, 16]", "[0, 10, 16]", "multisine.lines.harmonics"),
+        ("[4, 10, 16]", "[4, 10, 501]", "multisine.lines.harmonics"),
+        ("[4, 10, 16]", "[4, 10]", "multisine.lines.amplitudes"),
+        ("[4, 10, 16]", "[]", "multisine.lines.harmonics"),
+        (
+            "freedom = \"roll\"",
+            "freedom = \"pitch\"",
+            "multisine.lines.freedom",
+        ),
+        (
+            "freedom = \"roll\"",
+            "freedom = \"sway\"",
+            "multisine.lines.amplitudes_m",
+        ),
+        (
+            "amplitudes_m = [0.04",
+            "amplitudes_m = [-0.04",
+            "multisine.lines.amplitudes",
+        ),
+        (
+            "amplitudes_m = [0.04",
+            "amplitudes_m = [40.0",
+            "multisine.lines.amplitudes",
+        ),
+        ("fade_s = 5.0", "fade_s = 5.0\nphase = 3", "phase"),
+    ];
+    for (good, bad, key) in cases {
+        let text = with_multisine();
+        let at = text.find("three-at-once").unwrap();
+        let text = text[..at].to_owned() + &text[at..].replacen(good, bad, 1);
+        let error = Plan::parse("edited.toml", &text).unwrap_err().to_string();
+        assert!(
+            error.contains("edited.toml") && error.contains(key),
+            "{bad}: {error}"
+        );
+    }
+}

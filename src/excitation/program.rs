@@ -3,7 +3,7 @@
 use heapless::Vec;
 use nalgebra::Vector3;
 
-use super::{Ramps, Sine};
+use super::{Multisine, Ramps, Sine};
 use crate::kinematics::{Angles, Convention, Geometry, Pose};
 
 /// Degrees of freedom, in the order of displacements: X, Y, Z, γ, ψ, ϑ.
@@ -61,6 +61,8 @@ pub enum Signal {
     Ramps(Ramps),
     /// A sine.
     Sine(Sine),
+    /// Several sines.
+    Multisine(Multisine),
 }
 
 impl Signal {
@@ -70,6 +72,7 @@ impl Signal {
         match self {
             Self::Ramps(ramps) => ramps.at(t_s),
             Self::Sine(sine) => sine.at(t_s),
+            Self::Multisine(multisine) => multisine.at(t_s),
         }
     }
 
@@ -79,6 +82,7 @@ impl Signal {
         match self {
             Self::Ramps(ramps) => ramps.duration_s(),
             Self::Sine(sine) => sine.duration_s(),
+            Self::Multisine(multisine) => multisine.timing().duration_s(),
         }
     }
 }

@@ -4,11 +4,11 @@
 //! u(t) = w(t)·A·sin(2πft + φ)      w rises over fade, stays one, falls over fade
 //! ```
 //!
-//! Several degrees of freedom driven at different frequencies make a multisine.
+//! For several frequencies at once see [`super::multisine`].
 
 use core::f64::consts::TAU;
 
-use super::smooth_step;
+use super::envelope;
 
 /// A sine that fades in, stays, and fades out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,16 +57,8 @@ impl Sine {
     /// Displacement at `t_s` seconds; zero outside the sine.
     #[must_use]
     pub fn at(&self, t_s: f64) -> f64 {
-        let envelope = self.faded(t_s) * self.faded(self.duration_s() - t_s);
-        envelope * self.amplitude * libm::sin(TAU * self.frequency_hz * t_s + self.phase_rad)
-    }
-
-    /// How much of the amplitude is there `time_s` after one end of the sine; all at once without a fade.
-    fn faded(&self, time_s: f64) -> f64 {
-        if self.fade_s > 0.0 {
-            smooth_step(time_s / self.fade_s)
-        } else {
-            f64::from(u8::from(time_s >= 0.0))
-        }
+        envelope(t_s, self.duration_s(), self.fade_s)
+            * self.amplitude
+            * libm::sin(TAU * self.frequency_hz * t_s + self.phase_rad)
     }
 }

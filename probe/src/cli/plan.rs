@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use hexsense::excitation::{DegreeOfFreedom, Multisine, Signal};
 
 use super::arguments::Base;
 use crate::campaign::{Campaign, CampaignError};
@@ -151,10 +152,27 @@ fn movements(run: &Run) -> Vec<String> {
                 + &format!(" at {} Hz", sine.frequency_hz),
         );
     }
+    for (freedom, signal) in run.program().signals {
+        if let Signal::Multisine(multisine) = signal {
+            lines.push(multisine_line(freedom, &multisine));
+        }
+    }
     if lines.is_empty() {
         lines.push("rest at home".to_owned());
     }
     lines
+}
+
+/// How many lines, from where to where, and how well their phases suit each other.
+fn multisine_line(freedom: DegreeOfFreedom, multisine: &Multisine) -> String {
+    let harmonics = multisine.lines().iter().map(|line| line.harmonic);
+    let hz = |harmonic: Option<u16>| {
+        f64::from(harmonic.unwrap_or_default()) * multisine.timing().fundamental_hz
+    };
+    let (low, high) = (hz(harmonics.clone().min()), hz(harmonics.clone().max()));
+    let (name, count) = (freedom.name(), harmonics.count());
+    let crest = multisine.crest_factor();
+    format!("{name} {count} lines, {low:.4} to {high:.4} Hz, crest factor {crest:.2}")
 }
 
 /// The gains that the plan determines, and what to do about the plan.

@@ -75,6 +75,7 @@ pub fn plan(geometry: &GeometryFile) -> Result<Plan, NoRoom> {
         rest_s: Some(ZERO_S),
         ramps: Vec::new(),
         sine: Vec::new(),
+        multisine: None,
     }];
     for template in [
         tilts("pitch", Freedom::Pitch),
@@ -102,6 +103,7 @@ fn moving(name: &str, purpose: Purpose, ramps: Vec<RampsEntry>, sine: Vec<SineEn
         rest_s: None,
         ramps,
         sine,
+        multisine: None,
     }
 }
 
@@ -196,6 +198,7 @@ fn is_still(signal: &Signal) -> bool {
     match signal {
         Signal::Ramps(ramps) => ramps.levels.iter().all(|level| *level == 0.0),
         Signal::Sine(sine) => sine.amplitude == 0.0,
+        Signal::Multisine(multisine) => multisine.lines().iter().all(|line| line.amplitude == 0.0),
     }
 }
 

@@ -155,7 +155,7 @@ impl SineEntry {
 }
 
 /// The one of two keys that fits the degree of freedom, and the largest number that makes sense in its unit.
-fn in_unit<'a, T>(
+pub(super) fn in_unit<'a, T>(
     file: &str,
     key: &str,
     freedom: Freedom,

@@ -92,7 +92,14 @@ pub fn step_s(run: &Run, period_s: f64) -> f64 {
         .ramps
         .iter()
         .map(|ramps| ramps.step_s / SAMPLES_PER_RAMP);
-    let finest = sines.chain(ramps).fold(period_s, f64::min);
+    let multisines = run.multisine.iter().flat_map(|entry| {
+        [
+            1.0 / (entry.highest_hz() * SAMPLES_PER_PERIOD),
+            entry.fade_s / SAMPLES_PER_RAMP,
+        ]
+    });
+    let all = sines.chain(ramps).chain(multisines);
+    let finest = all.fold(period_s, f64::min);
     period_s / (period_s / finest).ceil()
 }
 

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! - [`campaign`]: the movements of the method, as large as a base allows.
-//! - [`entries`]: how one degree of freedom is written.
+//! - [`entries`], [`multisine`]: how one degree of freedom is written, and several at once.
 //! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
 //! - [`uses`]: how much of stroke, speed and acceleration a movement uses.
 //! - [`conditioning`]: how well the jacks hold the platform along it.
@@ -31,6 +31,7 @@ pub mod forecast;
 pub mod ideal;
 pub mod limits;
 pub mod margins;
+pub mod multisine;
 pub mod programs;
 pub mod uses;
 
@@ -42,6 +43,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::{self, FileError};
 use crate::geometry_file::GeometryFile;
 pub use entries::{Freedom, RampsEntry, Shape, SineEntry};
+pub use multisine::{LinesEntry, MultisineEntry};
 
 /// Most signals of one run: one for each degree of freedom.
 const MAX_SIGNALS: usize = 6;
@@ -90,6 +92,9 @@ pub struct Run {
     /// Degrees of freedom moved by sines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<SineEntry>,
+    /// Degrees of freedom moved by many sines each, all on one grid of frequencies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub multisine: Option<MultisineEntry>,
 }
 
 impl Plan {
@@ -163,8 +168,13 @@ impl Run {
             .sine
             .iter()
             .map(|entry| (entry.freedom.into(), Signal::Sine(entry.sine())));
+        let multisines = self.multisine.iter().flat_map(MultisineEntry::signals);
         Program {
-            signals: ramps.chain(sines).take(MAX_SIGNALS).collect(),
+            signals: ramps
+                .chain(sines)
+                .chain(multisines)
+                .take(MAX_SIGNALS)
+                .collect(),
         }
     }
 
@@ -177,8 +187,8 @@ impl Run {
     /// The sine of a run that moves one degree of freedom by one sine.
     #[must_use]
     pub fn single_sine(&self) -> Option<(DegreeOfFreedom, Sine)> {
-        match (self.sine.as_slice(), self.ramps.as_slice()) {
-            ([entry], []) => Some((entry.freedom.into(), entry.sine())),
+        match (self.sine.as_slice(), self.ramps.as_slice(), &self.multisine) {
+            ([entry], [], None) => Some((entry.freedom.into(), entry.sine())),
             _ => None,
         }
     }
@@ -194,12 +204,15 @@ impl Run {
                 limit,
             ));
         }
-        let signals = self.ramps.len() + self.sine.len();
+        let lines = self.multisine.as_ref().map_or(0, |entry| entry.lines.len());
+        let signals = self.ramps.len() + self.sine.len() + lines;
         if (self.rest_s.is_some() && signals > 0)
             || (self.rest_s.is_none() && signals == 0)
             || signals > MAX_SIGNALS
         {
-            let limit = format!("it needs either rest_s or 1 to {MAX_SIGNALS} of ramps and sine");
+            let limit = format!(
+                "it needs either rest_s or 1 to {MAX_SIGNALS} of ramps, sine and multisine.lines"
+            );
             let value = format!("a run with {signals} signals");
             return Err(FileError::value(
                 file,
@@ -222,6 +235,9 @@ impl Run {
         self.sine
             .iter()
             .try_for_each(|entry| entry.check(file, &self.name))?;
+        if let Some(entry) = &self.multisine {
+            entry.check(file, &self.name)?;
+        }
         let key = format!("run {}: length in seconds", self.name);
         files::within(file, &key, self.duration_s(), 0.1..=LONGEST_S).map(drop)
     }
