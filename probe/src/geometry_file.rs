@@ -9,6 +9,7 @@
 //! | `home_height` | height of O at home, m; without it, where the jacks are at mid-stroke |
 //! | `hinge_tolerance` | standard deviation of a hinge coordinate from this file, m; 0.0005 without it |
 //! | `speed_max`, `acceleration_max` | limits of a jack, m/s and m/s²; none without them |
+//! | `lower_hinge_angle_max_deg`, `upper_hinge_angle_max_deg` | how far a jack may swing in its hinges from where it points at home, degrees; no limit without them |
 
 use std::path::Path;
 
@@ -47,6 +48,10 @@ pub struct GeometryFile {
     pub speed_max_m_s: Option<f64>,
     /// Highest acceleration of a jack, m/s².
     pub acceleration_max_m_s2: Option<f64>,
+    /// Largest angle of a jack in its lower hinge from its direction at home, degrees.
+    pub lower_hinge_angle_max_deg: Option<f64>,
+    /// The same in its upper hinge, which turns with the platform.
+    pub upper_hinge_angle_max_deg: Option<f64>,
 }
 
 /// Why there is no motion base to work with.
@@ -95,6 +100,8 @@ struct Keys {
     hinge_tolerance: Option<f64>,
     speed_max: Option<f64>,
     acceleration_max: Option<f64>,
+    lower_hinge_angle_max_deg: Option<f64>,
+    upper_hinge_angle_max_deg: Option<f64>,
 }
 
 #[derive(Deserialize, Clone, Copy)]
@@ -139,6 +146,7 @@ impl GeometryFile {
         let optional = |key: &str, value: Option<f64>, low: f64, high: f64| {
             value.map(|value| number(key, value, low, high)).transpose()
         };
+        let angle = |key: &str, value: Option<f64>| optional(key, value, 1.0, 90.0);
         let geometry = Geometry::new(
             hinges(source, "lower", &keys.lower, keys.axes)?,
             hinges(source, "upper", &keys.upper, keys.axes)?,
@@ -156,6 +164,14 @@ impl GeometryFile {
             hinge_tolerance_m: tolerance.unwrap_or(DEFAULT_HINGE_TOLERANCE_M),
             speed_max_m_s: optional("speed_max", keys.speed_max, 1e-3, 1e3)?,
             acceleration_max_m_s2: optional("acceleration_max", keys.acceleration_max, 1e-3, 1e4)?,
+            lower_hinge_angle_max_deg: angle(
+                "lower_hinge_angle_max_deg",
+                keys.lower_hinge_angle_max_deg,
+            )?,
+            upper_hinge_angle_max_deg: angle(
+                "upper_hinge_angle_max_deg",
+                keys.upper_hinge_angle_max_deg,
+            )?,
             source: source.to_owned(),
             text: text.to_owned(),
             hash: Sha256::digest(text).into(),

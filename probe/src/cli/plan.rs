@@ -17,7 +17,8 @@ use crate::plan::uses::Use;
 use crate::plan::{Plan as Movements, Purpose, Run, campaign};
 use crate::sensor_file::SensorFile;
 
-/// Print the movements of a campaign and how much of stroke, speed and acceleration they use; refuse unsafe ones.
+/// Print the movements of a campaign and how much of stroke, speed, acceleration and hinge angles they use; refuse
+/// unsafe ones.
 ///
 /// Every movement is as large as its default or as nine tenths of the base's limits allow. To change a movement, write
 /// the plan with --out, edit plan.toml, and check it with --plan; `calibrate` uses the plan that its folder holds.
@@ -92,7 +93,7 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
     let base = &geometry.geometry;
     let mut text = format!(
         "{}: jacks {} to {} m, home at {:.4} m{}{}\n\n\
-         run          for        movement                     time     stroke  speed  accel.  cond(J)\n",
+         run          for        movement                     time     stroke  speed  accel.  hinges  cond(J)\n",
         geometry.name,
         base.length_min_m(),
         base.length_max_m(),
@@ -112,7 +113,7 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
         };
         let lines = movements(run);
         text += &format!(
-            "{:<12} {:<10} {:<26} {:>6.1} s  {:>6}  {:>5}  {:>6}  {:>7.2}\n",
+            "{:<12} {:<10} {:<26} {:>6.1} s  {:>6}  {:>5}  {:>6}  {:>6}  {:>7.2}\n",
             run.name,
             purpose,
             lines[0],
@@ -120,6 +121,9 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
             percent(&uses.length),
             percent(&uses.speed),
             percent(&uses.acceleration),
+            checked.hinge.map_or("-".to_owned(), |hinge| {
+                format!("{:.0} %", 100.0 * hinge.fraction())
+            }),
             checked.conditioning.condition,
         );
         for line in &lines[1..] {

@@ -8,11 +8,12 @@
 //! | `roll-sine`, `yaw-sine`, `pitch-sine` | sine of 0.5 Hz, up to 10° | angular accelerations and rates |
 //! | `held-out` | six sines at once, all different | nothing: coefficients are judged by it |
 //!
-//! A movement uses at most nine tenths of stroke, speed and acceleration.
+//! A movement uses at most nine tenths of stroke, speed, acceleration and hinge angle.
 
 use hexsense::excitation::{DegreeOfFreedom, Signal};
 
-use super::uses::{Uses, uses};
+use super::hinges::closest;
+use super::uses::uses;
 use super::{Freedom, Plan, Purpose, RampsEntry, Run, Shape, SineEntry};
 use crate::files;
 use crate::geometry_file::GeometryFile;
@@ -160,16 +161,19 @@ fn sine_entry(freedom: Freedom, frequency_hz: f64, amplitude: f64) -> SineEntry 
 /// The template, made smaller until no more than [`USABLE`] of any limit is used.
 fn largest(template: &Run, geometry: &GeometryFile) -> Result<Run, NoRoom> {
     const STEPS: u32 = 12;
-    let fits = |uses: &Uses| uses.worst() <= USABLE;
+    let fits = |run: &Run| {
+        let hinge = closest(run, geometry, PERIOD_S);
+        uses(run, geometry, PERIOD_S).worst() <= USABLE
+            && hinge.is_none_or(|hinge| hinge.fraction() <= USABLE)
+    };
     let whole = scaled(template, 1.0);
-    if fits(&uses(&whole, geometry, PERIOD_S)) {
+    if fits(&whole) {
         return Ok(whole);
     }
     let (mut possible, mut impossible) = (0.0, 1.0);
     for _ in 0..STEPS {
         let middle = 0.5 * (possible + impossible);
-        let used = uses(&scaled(template, middle), geometry, PERIOD_S);
-        *(if fits(&used) {
+        *(if fits(&scaled(template, middle)) {
             &mut possible
         } else {
             &mut impossible

@@ -8,9 +8,11 @@
 //!   samples by at most A·h²/8; a linear ramp has a kink there, whose jump of speed Δv is seen as at least Δv/2h by
 //!   one of its neighbours and whose tip is at most Δv·h/4 off that line;
 //! - speed and acceleration: half a hundredth. For a sine, differences and the distance of its peak from a sample make
-//!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %.
+//!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %;
+//! - hinge angle: as [`super::hinges`] says; condition number: as [`super::conditioning`] says.
 
 use super::conditioning::{CONDITION_LIMIT, Conditioning, conditioning};
+use super::hinges::{HingeUse, Joint, closest};
 use super::uses::{Quantity, Use, Uses, uses};
 use super::{Plan, Run};
 use crate::geometry_file::GeometryFile;
@@ -44,6 +46,25 @@ pub enum BeyondLimit {
         /// Its limit.
         limit: f64,
     },
+    /// A jack would swing further in a hinge than the hinge turns.
+    #[error(
+        "run {run} swings a jack too far: at {time_s:.3} s jack {jack} is {angle_deg:.2}° from its direction at home in \
+         its {joint}, limit {limit_deg}°; make the movement smaller"
+    )]
+    Hinge {
+        /// Name of the run.
+        run: String,
+        /// The jack, 1 to 6.
+        jack: usize,
+        /// Which of its hinges.
+        joint: Joint,
+        /// Time from the start of the program, s.
+        time_s: f64,
+        /// Its angle, what may happen between samples included, degrees.
+        angle_deg: f64,
+        /// Its limit, degrees.
+        limit_deg: f64,
+    },
     /// The jacks would hardly hold the platform.
     #[error(
         "run {run} comes close to a pose in which the jacks do not hold the platform: at {time_s:.3} s the condition \
@@ -64,6 +85,8 @@ pub enum BeyondLimit {
 pub struct Checked {
     /// What it uses of the jacks.
     pub uses: Uses,
+    /// The hinge that comes closest to its limit; `None` where the geometry file has no limit of hinges.
+    pub hinge: Option<HingeUse>,
     /// How well the jacks hold the platform.
     pub conditioning: Conditioning,
 }
@@ -125,9 +148,24 @@ fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked,
             });
         }
     }
+    let hinge = closest(run, geometry, step_s);
+    if let Some(hinge) = hinge.filter(|hinge| hinge.angle_deg > hinge.limit_deg) {
+        return Err(BeyondLimit::Hinge {
+            run: run.name.clone(),
+            jack: hinge.jack,
+            joint: hinge.joint,
+            time_s: hinge.time_s,
+            angle_deg: hinge.angle_deg,
+            limit_deg: hinge.limit_deg,
+        });
+    }
     let conditioning = conditioning(run, &geometry.geometry);
     if conditioning.bound <= CONDITION_LIMIT {
-        return Ok(Checked { uses, conditioning });
+        return Ok(Checked {
+            uses,
+            hinge,
+            conditioning,
+        });
     }
     Err(BeyondLimit::Condition {
         run: run.name.clone(),
@@ -184,6 +222,54 @@ mod tests {
         assert!((4.0..=20.0).contains(&time_s));
         let lengths = 2.10..=3.40;
         assert!(lengths.contains(&limit) && !lengths.contains(&value));
+    }
+
+    #[test]
+    fn a_jack_that_swings_too_far_is_refused_with_hinge_time_angle_and_limit() {
+        let mut geometry = GeometryFile::load("an-74tk-200").unwrap();
+        geometry.lower_hinge_angle_max_deg = Some(40.0);
+        geometry.upper_hinge_angle_max_deg = Some(40.0);
+        let plan = campaign::plan(&geometry).unwrap();
+        let angles = |checked: &Checked| checked.hinge.unwrap().angle_deg;
+        let checked = check(&plan, &geometry).unwrap();
+        let widest = checked.iter().map(angles).fold(0.0, f64::max);
+        assert!((15.0..40.0).contains(&widest), "{widest}");
+        geometry.upper_hinge_angle_max_deg = Some(12.0);
+        let refusal = check(&plan, &geometry).unwrap_err();
+        let BeyondLimit::Hinge {
+            ref run,
+            joint,
+            time_s,
+            angle_deg,
+            limit_deg,
+            ..
+        } = refusal
+        else {
+            panic!("{refusal}");
+        };
+        assert_eq!(
+            (run.as_str(), joint, limit_deg),
+            ("pitch", Joint::Upper, 12.0)
+        );
+        assert!(
+            (1.0..=32.0).contains(&time_s) && angle_deg > 12.0,
+            "{refusal}"
+        );
+        // A limit of what is used, and of a hair less.
+        let run = plan.run("held-out").unwrap();
+        let used = closest(run, &geometry, 0.002).unwrap().angle_deg;
+        let with = |limit_deg| {
+            let mut geometry = geometry.clone();
+            geometry.lower_hinge_angle_max_deg = None;
+            geometry.upper_hinge_angle_max_deg = Some(limit_deg);
+            check_run(run, &geometry, 0.002)
+        };
+        assert!(with(used + 1e-9).is_ok() && with(used - 1e-3).is_err());
+        // The default campaign keeps within nine tenths of a limit that is known beforehand.
+        for run in campaign::plan(&geometry).unwrap().runs {
+            let used = closest(&run, &geometry, 0.002).unwrap();
+            assert!(used.fraction() <= campaign::USABLE, "{} {used:?}", run.name);
+        }
     }
 
     #[test]

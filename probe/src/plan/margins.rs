@@ -1,9 +1,11 @@
-//! The margins of a plan as a figure: what the six jacks use of stroke, speed and acceleration, against time.
+//! The margins of a plan as a figure: what the six jacks use of stroke, speed and acceleration, and of the angles of
+//! their hinges where the geometry file limits those, against time.
 //!
-//! One row of panels for each run that moves, one panel for each quantity. All uses are fractions of what there is,
-//! signed as in [`Room::fraction`], so that ±1 is the limit in every panel. The file stands on its own: any browser
-//! shows it.
+//! One row of panels for each run that moves, one panel for each quantity; hinges have a row of their own. All uses
+//! are fractions of what there is, signed as in [`Room::fraction`], so that ±1 is the limit in every panel. The file
+//! stands on its own: any browser shows it.
 
+use super::hinges::{Joint, Swings, swings};
 use super::uses::{JACKS, Quantity, Room, Row, rows};
 use super::{Plan, Run};
 use crate::geometry_file::GeometryFile;
@@ -41,14 +43,28 @@ pub fn margins(plan: &Plan, geometry: &GeometryFile) -> String {
         .filter(|run| run.rest_s.is_none())
         .collect();
     let title = format!("What the jacks of {} use of their limits", geometry.name);
-    let mut drawing = Drawing::new(&title, HEAD + ROW * moving.len() as f64);
+    let joints: Vec<(Joint, f64)> = Joint::ALL
+        .into_iter()
+        .filter_map(|joint| Some((joint, joint.limit_deg(geometry)?)))
+        .collect();
+    let rows_of_run = 1 + u8::from(!joints.is_empty());
+    let height = HEAD + ROW * moving.len() as f64 * f64::from(rows_of_run);
+    let mut drawing = Drawing::new(&title, height);
     drawing.text(LEFT, 18.0, Anchor::Start, "name", &title);
     let jacks = LINES.map(|(class, label)| (Sample::Line, class, label));
     let limit = (Sample::Line, "limit", "limit");
     drawing.legend(LEFT, 38.0, &[jacks.as_slice(), &[limit]].concat());
-    for (run, row) in moving.into_iter().zip(0..) {
-        let top = HEAD + ROW * f64::from(row) + 14.0;
+    for (run, row) in moving.into_iter().zip(0_u16..) {
+        let top = HEAD + ROW * f64::from(row) * f64::from(rows_of_run) + 14.0;
         draw_run(&mut drawing, top, run, plan.period_s, geometry);
+        draw_hinges(
+            &mut drawing,
+            top + ROW,
+            run,
+            plan.period_s,
+            geometry,
+            &joints,
+        );
     }
     let figure = drawing.finish();
     let alone = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" ";
@@ -89,6 +105,52 @@ fn draw_run(drawing: &mut Drawing, top: f64, run: &Run, period_s: f64, geometry:
         }
         for (points, (class, _)) in curves[quantity as usize].iter().zip(LINES) {
             drawing.line(&panel, class, points);
+        }
+    }
+}
+
+/// Angles of the hinges as fractions of their limits, a panel for each end of the jacks that has one.
+fn draw_hinges(
+    drawing: &mut Drawing,
+    top: f64,
+    run: &Run,
+    period_s: f64,
+    geometry: &GeometryFile,
+    joints: &[(Joint, f64)],
+) {
+    if joints.is_empty() {
+        return;
+    }
+    let time = Scale::between(0.0, run.duration_s(), 4);
+    let fraction = Scale::between(-1.15, 1.15, 3);
+    let swings: Vec<Swings> = swings(run, &geometry.geometry, step_s(run, period_s)).collect();
+    let group = (swings.len() / POINTS).max(1);
+    for (&(joint, limit_deg), column) in joints.iter().zip(0_u8..) {
+        let panel = Panel {
+            left: LEFT + COLUMN * f64::from(column),
+            top,
+            width: WIDTH,
+            height: HEIGHT,
+            x: &time,
+            y: &fraction,
+        };
+        drawing.panel(&panel, true, column == 0);
+        drawing.name(&panel, &format!("{}: angle of the {joint}s", run.name));
+        drawing.x_title(&panel, "time, s");
+        if column == 0 {
+            drawing.y_title(&panel, 38.0, "fraction of limit");
+        }
+        drawing.level(&panel, "limit", 1.0);
+        for (jack, (class, _)) in LINES.into_iter().enumerate() {
+            let widest = |group: &[Swings]| {
+                let angles = group.iter().map(|at| {
+                    let angle_rad = at.angles_rad[joint as usize][jack];
+                    (at.time_s, angle_rad.to_degrees() / limit_deg)
+                });
+                angles.max_by(|a, b| a.1.total_cmp(&b.1))
+            };
+            let points: Vec<Point> = swings.chunks(group).filter_map(widest).collect();
+            drawing.line(&panel, class, &points);
         }
     }
 }
@@ -157,5 +219,9 @@ mod tests {
         assert_eq!(lines(&geometry), 7 * 3 * 6);
         geometry.speed_max_m_s = None;
         assert_eq!(lines(&geometry), 7 * 2 * 6);
+        geometry.upper_hinge_angle_max_deg = Some(40.0);
+        assert_eq!(lines(&geometry), 7 * 3 * 6);
+        geometry.lower_hinge_angle_max_deg = Some(40.0);
+        assert_eq!(lines(&geometry), 7 * 4 * 6);
     }
 }

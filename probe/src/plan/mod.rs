@@ -20,6 +20,7 @@
 //! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
 //! - [`uses`]: how much of stroke, speed and acceleration a movement uses.
 //! - [`conditioning`]: how well the jacks hold the platform along it.
+//! - [`hinges`]: how far the jacks swing in their hinges.
 //! - [`limits`]: the refusal of a movement that uses too much.
 //! - [`margins`]: a figure of it.
 //! - [`programs`]: the six jack programs that a motion controller loads.
@@ -28,6 +29,7 @@ pub mod campaign;
 pub mod conditioning;
 pub mod entries;
 pub mod forecast;
+pub mod hinges;
 pub mod ideal;
 pub mod limits;
 pub mod margins;

@@ -12,6 +12,7 @@
 //! | `home_height` | height of O at home; if left out, where every jack is at mid-length |
 //! | `hinge_tolerance` | 1σ of each coordinate of a hinge against this file; 0.0005 if left out |
 //! | `speed_max`, `acceleration_max` | limits of a jack, m/s and m/s²; none if left out |
+//! | `lower_hinge_angle_max_deg`, `upper_hinge_angle_max_deg` | read by planners; the hinges of the twin turn freely |
 
 mod error;
 
@@ -70,6 +71,10 @@ struct File {
     hinge_tolerance: Option<f64>,
     speed_max: Option<f64>,
     acceleration_max: Option<f64>,
+    #[serde(rename = "lower_hinge_angle_max_deg")]
+    _lower_hinge_angle_max_deg: Option<f64>,
+    #[serde(rename = "upper_hinge_angle_max_deg")]
+    _upper_hinge_angle_max_deg: Option<f64>,
 }
 
 impl Geometry {
