@@ -8,6 +8,7 @@
 //! | [`inverse`](mod@inverse) | jack lengths from a pose, equation (1) |
 //! | [`jacobian`](mod@jacobian) | how lengths change with the pose, equation (2), and how well that can be undone |
 //! | [`forward`] | a pose from jack lengths, equation (3): what is asked and answered |
+//! | [`tracker`] | pose after pose of a recorded run |
 //! | `excursion.rs` | the equations of forward kinematics, counted from home |
 //! | `newton.rs` | Newton's method on them |
 //! | `path.rs` | following the branch, or descending, where Newton's method will not do |
@@ -32,6 +33,7 @@ pub mod pose;
 pub mod presets;
 pub mod rates;
 mod six;
+pub mod tracker;
 
 pub use convention::{Angles, Convention};
 pub use forward::{ForwardError, Options, Solution, Solver};
@@ -39,3 +41,4 @@ pub use geometry::{Geometry, GeometryError};
 pub use inverse::{displacements, inverse};
 pub use jacobian::jacobian;
 pub use pose::Pose;
+pub use tracker::Tracker;

@@ -1,7 +1,7 @@
 //! `hexsense kinematics`: jack lengths from poses and poses from jack lengths, table to table.
 //!
 //! - [`table`]: the CSV that goes in and out.
-//! - [`rows`]: row after row, or all cores at once.
+//! - [`rows`]: all cores at once, or row after row.
 //!
 //! A pose is six numbers, `x,y,z,roll,pitch,yaw` (m, rad), in the axes and with the angles of a [`Convention`]. With
 //! `zyx` and `xyz` those axes have z up, as those of a geometry file with `axes = "z-up"`: what such files and tables
@@ -10,20 +10,22 @@
 mod rows;
 mod table;
 
-use std::io;
+use std::io::{self, BufWriter, Write};
+use std::num::NonZero;
 use std::path::PathBuf;
+use std::thread;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use hexsense::kinematics::{
-    Angles, Convention, ForwardError, Options, Pose, Solution, Solver, inverse,
+    Angles, Convention, ForwardError, Options, Pose, Solution, Solver, Tracker, inverse,
 };
 use nalgebra::Vector3;
 
 use super::arguments::Base;
 use crate::files::FileError;
 use crate::geometry_file::GeometryFile;
-use table::{Row, Table};
+use table::{Columns, Lines, Row};
 
 const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 const LEGS: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
@@ -62,8 +64,8 @@ struct Legs {
 /// Print the poses that have given jack lengths.
 ///
 /// Printed are x,y,z,roll,pitch,yaw (m, rad), residual (the greatest difference between a length asked for and that of
-/// the pose, m), condition (the condition number of the Jacobian) and iterations. Every row is solved from home, on
-/// all cores.
+/// the pose, m), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores, each from
+/// the pose before it or, where that is far away, from home; in blocks of 1024 rows, the first of each from home.
 #[derive(Args)]
 struct Poses {
     #[command(flatten)]
@@ -123,59 +125,120 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 impl Legs {
     fn run(self) -> anyhow::Result<()> {
         let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
-        let table = Table::read(&self.poses, &POSE)?;
+        let (columns, lines) = table::open(&self.poses, &POSE)?;
         let convention = self.writing.convention;
-        rows::on_all_cores(&LEGS.join(","), &table.rows(), |row, line| {
-            let pose = pose(convention, &table.numbers(row)?);
+        let answer = |_: &mut (), row: &Row, line: &mut String| {
+            let pose = pose(convention, &columns.numbers(row)?);
             let lengths = inverse(&geometry, &pose);
             if !lengths.iter().all(|length| length.is_finite()) {
-                return Err(table.error(row, "so far away that lengths overflow; give metres"));
+                return Err(columns.error(row, "so far away that lengths overflow; give metres"));
             }
             table::write(line, &lengths);
             Ok(())
-        })
+        };
+        rows::by_blocks(&LEGS.join(","), lines, cores(), output(), || (), answer)
     }
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+fn output() -> impl Write {
+    BufWriter::new(io::stdout().lock())
 }
 
 impl Poses {
     fn run(self) -> anyhow::Result<()> {
         let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
-        let table = Table::read(&self.legs, &LEGS)?;
-        let convention = self.writing.convention;
-        let solver = Solver::new(&geometry, Options::default());
-        let header = [POSE.as_slice(), &SOLUTION].concat().join(",");
-        let answer = |row: &Row<'_>,
-                      line: &mut String,
-                      solve: &mut dyn FnMut(&[f64; 6]) -> Found|
-         -> Result<(), FileError> {
-            let lengths = table.numbers(row)?;
-            let solution = solve(&lengths).map_err(|error| table.error(row, error))?;
-            write_solution(line, &solver, convention, &lengths, &solution);
-            Ok(())
+        let (columns, lines) = table::open(&self.legs, &LEGS)?;
+        let printed = Printed {
+            solver: &Solver::new(&geometry, Options::default()),
+            convention: self.writing.convention,
+            columns,
         };
         let Some(seed) = self.seed else {
-            return rows::on_all_cores(&header, &table.rows(), |row, line| {
-                answer(row, line, &mut |lengths| solver.solve(lengths))
-            });
+            return printed.on_homes_branch(lines, cores(), output());
         };
-        let mut tracker = Tracker::new(&solver, pose(convention, &seed));
-        rows::in_order(&header, &table.rows(), |row, line| {
-            answer(row, line, &mut |lengths| tracker.next(lengths))
+        let mut seeded = Seeded::new(printed.solver, pose(printed.convention, &seed));
+        rows::in_order(&Printed::header(), lines, output(), |row, line| {
+            printed.answer(row, line, |lengths| seeded.next(lengths))
         })?;
-        if tracker.jumps > 0 {
+        if seeded.jumps > 0 {
             eprintln!(
                 "rows solved from home, a jump away from the row before: {}",
-                tracker.jumps
+                seeded.jumps
             );
         }
         Ok(())
     }
 }
 
+/// How solutions are printed.
+struct Printed<'a> {
+    solver: &'a Solver<f64>,
+    convention: Convention,
+    columns: Columns,
+}
+
+impl Printed<'_> {
+    fn header() -> String {
+        [POSE.as_slice(), &SOLUTION].concat().join(",")
+    }
+
+    /// Solves all rows, each from the pose before it in its block, on so many `threads`.
+    fn on_homes_branch(
+        &self,
+        lines: Lines,
+        threads: usize,
+        output: impl Write,
+    ) -> anyhow::Result<()> {
+        let start = || Tracker::new(self.solver);
+        let answer = |tracker: &mut Tracker<'_, f64>, row: &Row, line: &mut String| {
+            self.answer(row, line, |lengths| tracker.next(lengths))
+        };
+        rows::by_blocks(&Self::header(), lines, threads, output, start, answer)
+    }
+
+    fn answer(
+        &self,
+        row: &Row,
+        line: &mut String,
+        mut solve: impl FnMut(&[f64; 6]) -> Found,
+    ) -> Result<(), FileError> {
+        let lengths = self.columns.numbers(row)?;
+        let solution = solve(&lengths).map_err(|error| self.columns.error(row, error))?;
+        self.write(line, &lengths, &solution);
+        Ok(())
+    }
+
+    fn write(&self, line: &mut String, lengths: &[f64; 6], solution: &Solution<f64>) {
+        let there = inverse(self.solver.geometry(), &solution.pose);
+        let residual = there
+            .iter()
+            .zip(lengths)
+            .map(|(there, wanted)| (there - wanted).abs())
+            .fold(0.0, f64::max);
+        let (position, angles) = self.convention.coordinates(&solution.pose);
+        let numbers = [
+            position.x,
+            position.y,
+            position.z,
+            angles.roll,
+            angles.pitch,
+            angles.yaw,
+            residual,
+            self.solver.condition(&solution.pose),
+        ];
+        table::write(line, &numbers);
+        line.push_str(&format!(",{}", solution.iterations));
+    }
+}
+
 type Found = Result<Solution<f64>, ForwardError<f64>>;
 
 /// Pose after pose of a moving base, the first near a seed.
-struct Tracker<'a> {
+struct Seeded<'a> {
     solver: &'a Solver<f64>,
     start: Pose<f64>,
     /// Whether `start` is a pose that was found.
@@ -183,7 +246,7 @@ struct Tracker<'a> {
     jumps: usize,
 }
 
-impl<'a> Tracker<'a> {
+impl<'a> Seeded<'a> {
     fn new(solver: &'a Solver<f64>, seed: Pose<f64>) -> Self {
         Self {
             solver,
@@ -216,30 +279,88 @@ fn pose(convention: Convention, numbers: &[f64; 6]) -> Pose<f64> {
     convention.pose(Vector3::new(x, y, z), Angles { roll, pitch, yaw })
 }
 
-fn write_solution(
-    line: &mut String,
-    solver: &Solver<f64>,
-    convention: Convention,
-    lengths: &[f64; 6],
-    solution: &Solution<f64>,
-) {
-    let there = inverse(solver.geometry(), &solution.pose);
-    let residual = there
-        .iter()
-        .zip(lengths)
-        .map(|(there, wanted)| (there - wanted).abs())
-        .fold(0.0, f64::max);
-    let (position, angles) = convention.coordinates(&solution.pose);
-    let numbers = [
-        position.x,
-        position.y,
-        position.z,
-        angles.roll,
-        angles.pitch,
-        angles.yaw,
-        residual,
-        solver.condition(&solution.pose),
-    ];
-    table::write(line, &numbers);
-    line.push_str(&format!(",{}", solution.iterations));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Jack lengths of a movement of `rows` rows with a gap, as a table.
+    fn movement(solver: &Solver<f64>, rows: usize) -> String {
+        let geometry = solver.geometry();
+        let mut text = LEGS.join(",") + "\n";
+        for row in 0..rows {
+            let time_s = row as f64 * 1e-3 + if row > 1500 { 0.4 } else { 0.0 };
+            let swing = |phase: f64| 0.1 * (6.0 * time_s + phase).sin();
+            let at = [
+                swing(0.0),
+                2.13 + swing(1.0),
+                swing(2.0),
+                swing(3.0),
+                swing(4.0),
+                swing(5.0),
+            ];
+            table::write(&mut text, &inverse(geometry, &pose(Convention::Gost, &at)));
+            text.push('\n');
+        }
+        text
+    }
+
+    fn printed(solver: &Solver<f64>, text: &str, threads: usize) -> (String, anyhow::Result<()>) {
+        let reader = Box::new(io::Cursor::new(text.to_owned()));
+        let (columns, lines) = table::parse("legs.csv".to_owned(), reader, None, &LEGS).unwrap();
+        let mut output = Vec::new();
+        let printed = Printed {
+            solver,
+            convention: Convention::Gost,
+            columns,
+        };
+        let result = printed.on_homes_branch(lines, threads, &mut output);
+        (String::from_utf8(output).unwrap(), result)
+    }
+
+    #[test]
+    fn many_threads_print_the_very_bytes_that_one_prints() {
+        let geometry = GeometryFile::load("an-74tk-200").unwrap().geometry;
+        let solver = Solver::new(&geometry, Options::default());
+        let table = movement(&solver, 20_000);
+        let (one, result) = printed(&solver, &table, 1);
+        result.unwrap();
+        assert_eq!(one.lines().count(), 20_001);
+        // Tracked: more than two iterations are for the first row of a block and for the gap.
+        let iterations = one
+            .lines()
+            .skip(1)
+            .map(|line| line.rsplit(',').next().unwrap());
+        let many = iterations.filter(|count| count.parse::<u32>().unwrap() > 2);
+        assert!(many.count() <= 20_000 / 1024 + 2);
+        for threads in [2, 3, 7] {
+            let (output, result) = printed(&solver, &table, threads);
+            result.unwrap();
+            assert!(output == one, "{threads} threads print something else");
+        }
+    }
+
+    #[test]
+    fn a_bad_row_ends_the_table_there_whatever_the_number_of_threads() {
+        let geometry = GeometryFile::load("an-74tk-200").unwrap().geometry;
+        let solver = Solver::new(&geometry, Options::default());
+        let mut lines: Vec<String> = movement(&solver, 5_000)
+            .lines()
+            .map(str::to_owned)
+            .collect();
+        lines[3_456] = "2.7,2.7,2.7,2.7,2.7,nothing".to_owned();
+        let table = lines.join("\n");
+        for threads in [1, 4] {
+            let (output, result) = printed(&solver, &table, threads);
+            let said = result.unwrap_err().to_string();
+            assert_eq!(
+                said,
+                "legs.csv, line 3457: \"nothing\" is not a finite number"
+            );
+            assert_eq!(
+                output.lines().count(),
+                3_456,
+                "the header and the rows before"
+            );
+        }
+    }
 }

@@ -1,126 +1,147 @@
 //! A table printed row by row: each row of the input gives a row of the output, in the same order.
 //!
-//! Rows that do not depend on each other are computed on all cores, in blocks; each round of blocks is printed before
-//! the next is begun. At the first bad row printing ends, after the rows before it. Long tables have a progress bar,
-//! where standard error is a terminal.
+//! Rows are taken in blocks of a fixed number. A row may need what was found for the row before it in its block, but
+//! nothing of another block; so blocks are answered on all cores, and the output does not depend on how many there
+//! are. Each round of blocks is read, answered and printed before the next is read, so that a table of any length takes
+//! the memory of one round. At the first bad row printing ends, after the rows before it. Long tables have a progress
+//! bar, where standard error is a terminal.
 
-use std::io::{self, BufWriter, StdoutLock, Write};
-use std::num::NonZero;
+use std::io::Write;
 use std::panic::resume_unwind;
 use std::thread;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::table::Row;
+use super::table::{Lines, Row};
 use crate::files::FileError;
 
-/// Rows of a block: some tens of milliseconds of work.
-const BLOCK: usize = 4096;
-/// A table with fewer rows is done before a bar could be read.
-const LONG: usize = 20_000;
+/// Rows of a block: a millisecond or two of work.
+const BLOCK: usize = 1024;
+/// Blocks of a round for each thread.
+const BLOCKS: usize = 8;
+/// A table with fewer bytes is done before a bar could be read.
+const LONG: u64 = 2_000_000;
 
-/// Prints `header` and what `answer` appends for each row; rows are answered on all cores.
+/// Prints `header` and what `answer` appends for each row; blocks are answered on so many `threads`. Whatever `start`
+/// makes goes with the rows of one block.
 ///
 /// # Errors
-/// That of the first bad row, or that of standard output.
-pub fn on_all_cores(
+/// That of the first bad row, or that of the output.
+pub fn by_blocks<S>(
     header: &str,
-    rows: &[Row<'_>],
-    answer: impl Fn(&Row<'_>, &mut String) -> Result<(), FileError> + Sync,
+    mut lines: Lines,
+    threads: usize,
+    output: impl Write,
+    start: impl Fn() -> S + Sync,
+    answer: impl Fn(&mut S, &Row, &mut String) -> Result<(), FileError> + Sync,
 ) -> anyhow::Result<()> {
-    let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let mut output = Output::new(header, rows.len())?;
-    for round in rows.chunks(BLOCK * cores) {
-        // A round shorter than the others is shared out as well.
-        let share = round.len().div_ceil(cores);
-        let blocks: Vec<Block> = thread::scope(|scope| {
-            let workers: Vec<_> = round
-                .chunks(share)
-                .map(|rows| scope.spawn(|| Block::new(rows, &answer)))
+    let mut output = Output::new(header, &lines, output)?;
+    loop {
+        let round: Vec<Row> = lines.by_ref().take(BLOCK * BLOCKS * threads).collect();
+        if round.is_empty() {
+            return output.finish();
+        }
+        let blocks: Vec<&[Row]> = round.chunks(BLOCK).collect();
+        let shares = blocks.chunks(blocks.len().div_ceil(threads));
+        let answer_share = |blocks: &[&[Row]]| -> Vec<Block> {
+            let answer_block = |rows: &&[Row]| {
+                let mut state = start();
+                Block::new(rows, |row, text| answer(&mut state, row, text))
+            };
+            blocks.iter().map(answer_block).collect()
+        };
+        let answered: Vec<Block> = thread::scope(|scope| {
+            let workers: Vec<_> = shares
+                .map(|share| scope.spawn(|| answer_share(share)))
                 .collect();
             workers
                 .into_iter()
-                .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+                .flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
                 .collect()
         });
-        for block in blocks {
+        for block in answered {
             output.print(block)?;
         }
     }
-    output.finish()
 }
 
 /// Prints `header` and what `answer` appends for each row; rows are answered one after another.
 ///
 /// # Errors
-/// That of the first bad row, or that of standard output.
+/// That of the first bad row, or that of the output.
 pub fn in_order(
     header: &str,
-    rows: &[Row<'_>],
-    mut answer: impl FnMut(&Row<'_>, &mut String) -> Result<(), FileError>,
+    mut lines: Lines,
+    output: impl Write,
+    mut answer: impl FnMut(&Row, &mut String) -> Result<(), FileError>,
 ) -> anyhow::Result<()> {
-    let mut output = Output::new(header, rows.len())?;
-    for rows in rows.chunks(BLOCK) {
-        output.print(Block::new(rows, &mut answer))?;
+    let mut output = Output::new(header, &lines, output)?;
+    loop {
+        let rows: Vec<Row> = lines.by_ref().take(BLOCK).collect();
+        if rows.is_empty() {
+            return output.finish();
+        }
+        output.print(Block::new(&rows, &mut answer))?;
     }
-    output.finish()
 }
 
 /// Rows that are answered.
 struct Block {
     text: String,
-    rows: usize,
+    /// Size of the rows in their table, bytes.
+    size: u64,
     /// Why the rows end before their time.
     error: Option<FileError>,
 }
 
 impl Block {
     fn new(
-        rows: &[Row<'_>],
-        mut answer: impl FnMut(&Row<'_>, &mut String) -> Result<(), FileError>,
+        rows: &[Row],
+        mut answer: impl FnMut(&Row, &mut String) -> Result<(), FileError>,
     ) -> Self {
-        let mut text = String::new();
-        for (done, row) in rows.iter().enumerate() {
-            if let Err(error) = answer(row, &mut text) {
-                return Self {
-                    text,
-                    rows: done,
-                    error: Some(error),
-                };
-            }
-            text.push('\n');
-        }
-        Self {
-            text,
-            rows: rows.len(),
+        let mut block = Self {
+            text: String::new(),
+            size: rows.iter().map(Row::size).sum(),
             error: None,
+        };
+        for row in rows {
+            if let Err(error) = answer(row, &mut block.text) {
+                block.error = Some(error);
+                return block;
+            }
+            block.text.push('\n');
         }
+        block
     }
 }
 
-struct Output {
-    table: BufWriter<StdoutLock<'static>>,
+struct Output<W: Write> {
+    table: W,
     bar: ProgressBar,
 }
 
-impl Output {
-    fn new(header: &str, rows: usize) -> io::Result<Self> {
-        let mut table = BufWriter::new(io::stdout().lock());
+impl<W: Write> Output<W> {
+    fn new(header: &str, lines: &Lines, mut table: W) -> anyhow::Result<Self> {
         writeln!(table, "{header}")?;
-        let bar = if rows < LONG {
-            ProgressBar::hidden()
-        } else {
-            let style =
-                ProgressStyle::with_template("[{bar:40}] {human_pos} of {human_len} rows, {eta}")
-                    .unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::new(rows as u64).with_style(style)
+        let styled = |bar: ProgressBar, template: &str| match ProgressStyle::with_template(template)
+        {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        };
+        let bar = match lines.size() {
+            Some(size) if size < LONG => ProgressBar::hidden(),
+            Some(size) => styled(
+                ProgressBar::new(size),
+                "[{bar:40}] {bytes} of {total_bytes}, {eta}",
+            ),
+            None => styled(ProgressBar::no_length(), "{spinner} {bytes} read"),
         };
         Ok(Self { table, bar })
     }
 
     fn print(&mut self, block: Block) -> anyhow::Result<()> {
         self.table.write_all(block.text.as_bytes())?;
-        self.bar.inc(block.rows as u64);
+        self.bar.inc(block.size);
         match block.error {
             None => Ok(()),
             Some(error) => {

@@ -1,99 +1,190 @@
 //! Tables of numbers as CSV: six columns are read, by the names in the header or, without a header, by their order.
 //!
-//! A first row in which no cell is a number is a header. Empty lines are passed over, but counted.
+//! A first row in which no cell is a number is a header. Empty lines are passed over, but counted. Lines are read as
+//! they are needed, so that a table of any length takes little memory.
 
 use std::fmt::{Display, Write};
-use std::io::{self, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-use crate::files::{self, FileError};
+use crate::files::FileError;
 
-/// A table with six columns that are wanted.
-pub struct Table {
+/// Longest line of a table, bytes; six numbers and what stands beside them are far shorter.
+const LONGEST_LINE: u64 = 65_536;
+
+/// Where in a row the six columns are that are wanted.
+pub struct Columns {
     file: String,
-    text: String,
-    /// Where in a row the six columns are.
     places: [usize; 6],
     /// Cells of a row.
     width: usize,
-    has_header: bool,
+}
+
+/// The lines of a table, one after another.
+pub struct Lines {
+    reader: Box<dyn BufRead>,
+    /// Number of the last line that was read.
+    line: usize,
+    /// Whether there is more to read.
+    open: bool,
+    /// The first row of a table without a header.
+    first: Option<Row>,
+    /// Size of the file, bytes; unknown of standard input.
+    size: Option<u64>,
 }
 
 /// A line of a table that is not empty.
-pub struct Row<'a> {
+pub struct Row {
     /// Number of the line, from 1.
     line: usize,
-    text: &'a str,
+    /// The line, or why there is none.
+    text: Result<String, String>,
 }
 
-impl Table {
-    /// Reads the file at `path`, or standard input when that is `-`, for the columns `names`.
-    ///
-    /// # Errors
-    /// [`FileError::Read`], and [`FileError::Line`] when the header lacks a column or there is not a single line.
-    pub fn read(path: &Path, names: &[&str; 6]) -> Result<Self, FileError> {
-        if path != Path::new("-") {
-            return Self::parse(path.display().to_string(), files::read(path)?, names);
-        }
-        let file = "standard input".to_owned();
-        let mut text = String::new();
-        match io::stdin().lock().read_to_string(&mut text) {
-            Ok(_) => Self::parse(file, text, names),
-            Err(reason) => Err(FileError::Read { file, reason }),
-        }
+/// Opens the table at `path`, or standard input when that is `-`, and finds the columns `names`.
+///
+/// # Errors
+/// [`FileError::Read`], and [`FileError::Line`] when the header lacks a column or there is not a single line.
+pub fn open(path: &Path, names: &[&str; 6]) -> Result<(Columns, Lines), FileError> {
+    if path == Path::new("-") {
+        let reader = Box::new(BufReader::new(io::stdin()));
+        return parse("standard input".to_owned(), reader, None, names);
     }
+    let file = path.display().to_string();
+    match File::open(path) {
+        Ok(opened) => {
+            let size = opened.metadata().ok().map(|metadata| metadata.len());
+            parse(file, Box::new(BufReader::new(opened)), size, names)
+        }
+        Err(reason) => Err(FileError::Read { file, reason }),
+    }
+}
 
-    fn parse(file: String, text: String, names: &[&str; 6]) -> Result<Self, FileError> {
-        let mut table = Self {
-            file,
-            text,
-            places: [0, 1, 2, 3, 4, 5],
-            width: 6,
-            has_header: false,
+/// Finds the columns `names` in what `reader` reads from `file`.
+///
+/// # Errors
+/// As [`open`].
+pub fn parse(
+    file: String,
+    reader: Box<dyn BufRead>,
+    size: Option<u64>,
+    names: &[&str; 6],
+) -> Result<(Columns, Lines), FileError> {
+    let mut columns = Columns {
+        file,
+        places: [0, 1, 2, 3, 4, 5],
+        width: 6,
+    };
+    let mut lines = Lines {
+        reader,
+        line: 0,
+        open: true,
+        first: None,
+        size,
+    };
+    let Some(first) = lines.next() else {
+        let nothing = Row {
+            line: 1,
+            text: Ok(String::new()),
         };
-        let Some(first) = lines(&table.text).next() else {
-            let problem = format!("there is no row; give six columns {}", names.join(","));
-            return Err(table.error(&Row { line: 1, text: "" }, problem));
-        };
-        let cells: Vec<&str> = cells(first.text).collect();
-        if cells.iter().any(|cell| cell.parse::<f64>().is_ok()) {
-            return Ok(table);
-        }
-        let mut places = table.places;
-        for (place, name) in places.iter_mut().zip(names) {
-            *place = cells.iter().position(|cell| cell == name).ok_or_else(|| {
-                let all = names.join(",");
-                table.error(
-                    &first,
-                    format!("the header has no {name}; it must have {all}"),
-                )
-            })?;
-        }
-        table.width = cells.len();
-        table.places = places;
-        table.has_header = true;
-        Ok(table)
+        let problem = format!("there is no row; give six columns {}", names.join(","));
+        return Err(columns.error(&nothing, problem));
+    };
+    let text = columns.text(&first)?;
+    if cells(text).any(|cell| cell.parse::<f64>().is_ok()) {
+        lines.first = Some(first);
+        return Ok((columns, lines));
     }
-
-    /// The rows under the header.
-    pub fn rows(&self) -> Vec<Row<'_>> {
-        lines(&self.text)
-            .skip(usize::from(self.has_header))
-            .collect()
+    let header: Vec<&str> = cells(text).collect();
+    let mut places = columns.places;
+    for (place, name) in places.iter_mut().zip(names) {
+        *place = header.iter().position(|cell| cell == name).ok_or_else(|| {
+            let all = names.join(",");
+            let problem = format!("the header has no {name}; it must have {all}");
+            columns.error(&first, problem)
+        })?;
     }
+    columns.width = header.len();
+    columns.places = places;
+    Ok((columns, lines))
+}
 
+impl Lines {
+    /// Size of the file, bytes; `None` for standard input.
+    pub fn size(&self) -> Option<u64> {
+        self.size
+    }
+}
+
+impl Iterator for Lines {
+    type Item = Row;
+
+    fn next(&mut self) -> Option<Row> {
+        if let Some(first) = self.first.take() {
+            return Some(first);
+        }
+        while self.open {
+            let text = self.read();
+            if text.as_ref().is_ok_and(|text| text.trim().is_empty()) {
+                continue;
+            }
+            self.open &= text.is_ok();
+            let line = self.line;
+            return Some(Row { line, text });
+        }
+        None
+    }
+}
+
+impl Lines {
+    /// The next line; empty at the end, which it notes.
+    fn read(&mut self) -> Result<String, String> {
+        let mut bytes = Vec::new();
+        self.line += 1;
+        match (&mut self.reader)
+            .take(LONGEST_LINE)
+            .read_until(b'\n', &mut bytes)
+        {
+            Ok(0) => self.open = false,
+            Ok(count) if count as u64 == LONGEST_LINE => {
+                return Err(format!(
+                    "longer than {LONGEST_LINE} bytes; this is no table"
+                ));
+            }
+            Ok(_) => {}
+            Err(reason) => return Err(format!("cannot be read: {reason}")),
+        }
+        let text = String::from_utf8(bytes).map_err(|_| "not UTF-8 text".to_owned())?;
+        // Spreadsheets begin a file with a byte order mark.
+        match text.strip_prefix('\u{feff}') {
+            Some(rest) if self.line == 1 => Ok(rest.to_owned()),
+            _ => Ok(text),
+        }
+    }
+}
+
+impl Row {
+    /// Size of the row in its table, bytes.
+    pub fn size(&self) -> u64 {
+        self.text.as_ref().map_or(0, |text| text.len() as u64)
+    }
+}
+
+impl Columns {
     /// The six numbers of a row, all finite.
     ///
     /// # Errors
     /// [`FileError::Line`].
-    pub fn numbers(&self, row: &Row<'_>) -> Result<[f64; 6], FileError> {
-        let width = cells(row.text).count();
+    pub fn numbers(&self, row: &Row) -> Result<[f64; 6], FileError> {
+        let text = self.text(row)?;
+        let width = cells(text).count();
         if width != self.width {
             let problem = format!("{width} cells; there must be {}", self.width);
             return Err(self.error(row, problem));
         }
         let mut numbers = [0.0; 6];
-        for (place, cell) in cells(row.text).enumerate() {
+        for (place, cell) in cells(text).enumerate() {
             if let Some(column) = self.places.iter().position(|wanted| *wanted == place) {
                 numbers[column] = number(cell).map_err(|problem| self.error(row, problem))?;
             }
@@ -102,22 +193,20 @@ impl Table {
     }
 
     /// The error that a row has a problem.
-    pub fn error(&self, row: &Row<'_>, problem: impl Display) -> FileError {
+    pub fn error(&self, row: &Row, problem: impl Display) -> FileError {
         FileError::Line {
             file: self.file.clone(),
             line: row.line,
             problem: problem.to_string(),
         }
     }
-}
 
-fn lines(text: &str) -> impl Iterator<Item = Row<'_>> {
-    // Spreadsheets begin a file with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let rows = (1..)
-        .zip(text.lines())
-        .map(|(line, text)| Row { line, text });
-    rows.filter(|row| !row.text.trim().is_empty())
+    fn text<'a>(&self, row: &'a Row) -> Result<&'a str, FileError> {
+        match &row.text {
+            Ok(text) => Ok(text),
+            Err(problem) => Err(self.error(row, problem)),
+        }
+    }
 }
 
 fn cells(row: &str) -> impl Iterator<Item = &str> {
