@@ -9,6 +9,7 @@
 //! | [`excitation`] | program signals, turned into six jack programs |
 //! | [`channel`] | the fifteen channels of a scan and their order |
 //! | [`sampling`] | counts → calibrated values, in fixed time |
+//! | [`live_pose`] | jack counts → the board's own pose |
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
 //! | [`least_squares`] | the linear fit behind harmonics and calibration |
 //! | [`calibration`] | zero, static holds, heave and sine runs → offsets, matrices, uncertainties |
@@ -25,6 +26,7 @@ pub mod excitation;
 pub mod harmonics;
 pub mod kinematics;
 pub mod least_squares;
+pub mod live_pose;
 pub mod sampling;
 pub mod store;
 pub mod wire;

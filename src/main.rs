@@ -4,7 +4,7 @@
 //! |---|---|
 //! | an interrupt of priority 4 | sample path |
 //! | an interrupt of priority 8 | link |
-//! | thread mode | storage, supply, supervisor |
+//! | thread mode | pose, storage, supply, supervisor |
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
 use hexsense::sampling::{BLOCK, Calibrator};
-use hexsense::store::CoefficientSet;
+use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense::wire::Drive;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
@@ -128,6 +128,12 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
         temperature_c: 27.2,
         provenance: [0xa5; 32],
         triads: analysis.triads,
+        base: MotionBase::new(&geometry.geometry),
+        jacks: JackCoefficients {
+            zero_length_m: 2.75,
+            zero_counts: [32_768.0; 6],
+            metres_per_count: [2e-5; 6],
+        },
     }
 }
 

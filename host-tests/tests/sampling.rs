@@ -2,7 +2,7 @@
 
 use hexsense::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
 use hexsense::sampling::{BLOCK, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s};
-use hexsense::store::{CoefficientSet, TriadCoefficients};
+use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use proptest::prelude::*;
 
 fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
@@ -14,6 +14,18 @@ fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
         temperature_c: 25.0,
         provenance: [0; 32],
         triads,
+        base: MotionBase {
+            lower: [[0.0; 3]; 6],
+            upper: [[0.0; 3]; 6],
+            length_min_m: 0.0,
+            length_max_m: 0.0,
+            home_height_m: 0.0,
+        },
+        jacks: JackCoefficients {
+            zero_length_m: 0.0,
+            zero_counts: [0.0; 6],
+            metres_per_count: [0.0; 6],
+        },
     }
 }
 

@@ -289,6 +289,7 @@ mod tests {
             content: StreamContent {
                 counts: true,
                 values: true,
+                pose: false,
             },
         };
         let counts =

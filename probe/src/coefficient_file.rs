@@ -6,13 +6,15 @@
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
-use hexsense::channel::Triad;
-use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError, TriadCoefficients};
+use hexsense::channel::{JACKS, Triad};
+use hexsense::store::{
+    CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, RecordError, TriadCoefficients,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::files::{self, FileError};
 
-const FORMAT: &str = "hexsense coefficients, version 1";
+const FORMAT: &str = "hexsense coefficients, version 2";
 
 /// Why a file gives no coefficient set.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +69,8 @@ struct Keys {
     linear_acceleration: Table,
     angular_acceleration: Table,
     angular_rate: Table,
+    base: BaseTable,
+    jacks: JackTable,
 }
 
 /// One triad: value = matrix · (counts − offset), in m/s², rad/s² or rad/s.
@@ -78,6 +82,26 @@ struct Table {
     matrix_unit_per_count: [[f64; 3]; 3],
     matrix_standard_uncertainty: [[f64; 3]; 3],
     delay_s: f64,
+}
+
+/// The motion base, m, axes with Y up.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BaseTable {
+    lower: [[f64; 3]; 6],
+    upper: [[f64; 3]; 6],
+    length_min: f64,
+    length_max: f64,
+    home_height: f64,
+}
+
+/// Its jacks: length = zero_length + metres_per_count · (counts − zero_counts), in m.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JackTable {
+    zero_length: f64,
+    zero_counts: [f64; 6],
+    metres_per_count: [f64; 6],
 }
 
 /// The set as a file.
@@ -175,6 +199,8 @@ impl Keys {
             linear_acceleration,
             angular_acceleration,
             angular_rate,
+            base: BaseTable::of(&set.base),
+            jacks: JackTable::of(&set.jacks),
         })
     }
 
@@ -210,6 +236,8 @@ impl Keys {
                 &self.angular_rate,
             ]
             .map(Table::to_triad),
+            base: self.base.to_base(),
+            jacks: self.jacks.to_jacks(),
         })
     }
 }
@@ -237,7 +265,6 @@ impl Table {
     }
 
     fn to_triad(&self) -> TriadCoefficients {
-        let narrow = |value: f64| value as f32;
         TriadCoefficients {
             offset: self.offset_counts.map(narrow),
             matrix: self.matrix_unit_per_count.map(|row| row.map(narrow)),
@@ -246,6 +273,50 @@ impl Table {
             delay_s: narrow(self.delay_s),
         }
     }
+}
+
+impl BaseTable {
+    fn of(base: &MotionBase) -> Self {
+        Self {
+            lower: base.lower.map(|hinge| hinge.map(wide)),
+            upper: base.upper.map(|hinge| hinge.map(wide)),
+            length_min: wide(base.length_min_m),
+            length_max: wide(base.length_max_m),
+            home_height: wide(base.home_height_m),
+        }
+    }
+
+    fn to_base(&self) -> MotionBase {
+        MotionBase {
+            lower: self.lower.map(|hinge| hinge.map(narrow)),
+            upper: self.upper.map(|hinge| hinge.map(narrow)),
+            length_min_m: narrow(self.length_min),
+            length_max_m: narrow(self.length_max),
+            home_height_m: narrow(self.home_height),
+        }
+    }
+}
+
+impl JackTable {
+    fn of(jacks: &JackCoefficients) -> Self {
+        Self {
+            zero_length: wide(jacks.zero_length_m),
+            zero_counts: jacks.zero_counts.map(wide),
+            metres_per_count: jacks.metres_per_count.map(wide),
+        }
+    }
+
+    fn to_jacks(&self) -> JackCoefficients {
+        JackCoefficients {
+            zero_length_m: narrow(self.zero_length),
+            zero_counts: self.zero_counts.map(narrow),
+            metres_per_count: self.metres_per_count.map(narrow),
+        }
+    }
+}
+
+fn narrow(value: f64) -> f32 {
+    value as f32
 }
 
 /// The `f64` with the shortest digits that still give this `f32`, so that a file shows 0.1 and not 0.10000000149.
@@ -281,12 +352,34 @@ pub fn table(set: &CoefficientSet) -> String {
             );
         }
     }
-    text + "± is the expanded uncertainty, coverage factor 2\n"
+    text + "± is the expanded uncertainty, coverage factor 2\n\n" + &base_table(set)
+}
+
+/// Base and jack transducers as a table for people.
+fn base_table(set: &CoefficientSet) -> String {
+    let (base, jacks) = (&set.base, &set.jacks);
+    let mut text = format!(
+        "base {}: jacks {:.4} m to {:.4} m, O at {:.4} m at home\n\
+         jack   lower hinge x, y, z, m          upper hinge x, y, z, m          {:.4} m at, counts   mm per count\n",
+        set.geometry, base.length_min_m, base.length_max_m, base.home_height_m, jacks.zero_length_m,
+    );
+    for jack in 0..JACKS {
+        let [lower, upper] = [base.lower[jack], base.upper[jack]]
+            .map(|[x, y, z]| format!("{x:>9.4} {y:>9.4} {z:>9.4}"));
+        text += &format!(
+            "jack{}  {lower}   {upper}   {:>16.2} {:>14.6}\n",
+            jack + 1,
+            jacks.zero_counts[jack],
+            1e3 * jacks.metres_per_count[jack],
+        );
+    }
+    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry_file::GeometryFile;
 
     fn set() -> CoefficientSet {
         let triad = TriadCoefficients {
@@ -308,6 +401,12 @@ mod tests {
             temperature_c: 31.7,
             provenance: [9; 32],
             triads: [triad; 3],
+            base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
+            jacks: JackCoefficients {
+                zero_length_m: 2.75,
+                zero_counts: [32_768.1; 6],
+                metres_per_count: [1e-4 / 3.0; 6],
+            },
         }
     }
 

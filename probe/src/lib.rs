@@ -10,12 +10,14 @@
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
+//! | [`board_pose`] | the board's own poses against double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
 //! | [`cli`] | the commands |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
+pub mod board_pose;
 pub mod campaign;
 pub mod capture;
 pub mod cli;

@@ -8,10 +8,10 @@ use std::path::Path;
 use assert_cmd::Command;
 use fake::flash::Flash;
 use fake::line::lockstep;
+use fake::set::set;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
 use hexsense::kinematics::presets::PRESETS;
-use hexsense::store::{CoefficientSet, TriadCoefficients};
 use hexsense::wire::VERSION;
 use hexsense_probe::coefficient_file;
 use tempfile::TempDir;
@@ -227,23 +227,7 @@ fn a_plan_that_leaves_the_stroke_names_jack_time_length_and_limit() {
 #[test]
 fn a_coefficient_file_cut_in_half() {
     let folder = folder(str::to_owned);
-    let triad = TriadCoefficients {
-        offset: [32_768.0; 3],
-        matrix: [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]],
-        offset_uncertainty: [1.0; 3],
-        matrix_uncertainty: [[1e-7; 3]; 3],
-        delay_s: 0.002,
-    };
-    let set = CoefficientSet {
-        board: *b"fake board 1",
-        geometry: "an-74tk-200".try_into().unwrap(),
-        geometry_hash: [1; 8],
-        unix_s: 0,
-        temperature_c: 31.5,
-        provenance: [2; 32],
-        triads: [triad; 3],
-    };
-    let text = coefficient_file::to_text("", &set).unwrap();
+    let text = coefficient_file::to_text("", &set(0)).unwrap();
     fs::write(
         folder.path().join("coefficients.toml"),
         &text[..text.len() / 2],

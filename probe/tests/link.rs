@@ -9,13 +9,13 @@ use fake::flash::Flash;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
-use hexsense::store::{CoefficientSet, MAX_ENCODED, TriadCoefficients};
 use hexsense::wire::{StreamContent, VERSION};
 use hexsense_probe::link::{Client, LinkError, ProtocolError, TransportError, UploadError};
 
 const COUNTS: StreamContent = StreamContent {
     counts: true,
     values: false,
+    pose: false,
 };
 
 fn board(change: impl FnOnce(&mut FakeBoard)) -> Arc<Mutex<FakeBoard>> {
@@ -30,24 +30,7 @@ fn connect(board: &Arc<Mutex<FakeBoard>>) -> Result<Client, LinkError> {
 
 /// A set for the fake board, encoded; `unix_s` makes them differ.
 fn encoded(unix_s: u64) -> Vec<u8> {
-    let triad = TriadCoefficients {
-        offset: [32_768.0; 3],
-        matrix: [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]],
-        offset_uncertainty: [1.0; 3],
-        matrix_uncertainty: [[1e-7; 3]; 3],
-        delay_s: 0.002,
-    };
-    let set = CoefficientSet {
-        board: *b"fake board 1",
-        geometry: "an-74tk-200".try_into().unwrap(),
-        geometry_hash: [1; 8],
-        unix_s,
-        temperature_c: 31.5,
-        provenance: [2; 32],
-        triads: [triad; 3],
-    };
-    let mut buffer = [0; MAX_ENCODED];
-    set.encode(&mut buffer).unwrap().to_vec()
+    fake::set::encoded(&fake::set::set(unix_s))
 }
 
 /// The set that the board has after its power was cut and came back.
@@ -156,8 +139,8 @@ fn an_uploaded_set_is_active_after_the_power_was_cut() {
 
 #[test]
 fn an_upload_survives_any_single_lost_or_damaged_answer() {
-    // Requests: the stream of connecting, begin, three or four pieces, commit, active set, bytes.
-    for at in 2..=12 {
+    // Requests: the stream of connecting, begin, five pieces, commit, active set, bytes.
+    for at in 2..=15 {
         for fault in [Fault::LoseAnswer(at), Fault::DamageAnswer(at)] {
             let board = board(|board| board.fault = fault);
             let mut client = connect(&board).unwrap();
@@ -203,12 +186,9 @@ fn a_refusal_of_the_board_is_told_apart_from_the_line() {
     let error = client.rate(123).unwrap_err();
     assert!(matches!(error, LinkError::Refused(_)));
     assert!(error.to_string().contains("123 Hz"));
-    let other = {
-        let mut set = CoefficientSet::decode(&encoded(1)).unwrap();
-        set.board = [0; 12];
-        let mut buffer = [0; MAX_ENCODED];
-        set.encode(&mut buffer).unwrap().to_vec()
-    };
+    let mut other = fake::set::set(1);
+    other.board = [0; 12];
+    let other = fake::set::encoded(&other);
     let error = client.upload(&other).unwrap_err().to_string();
     assert!(
         error.contains("another board") && error.contains("still active"),

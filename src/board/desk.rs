@@ -9,10 +9,12 @@ use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
+use hexsense::live_pose::JackBlock;
 use hexsense::sampling::RATES_HZ;
 use hexsense::wire::frame::{self, Closed};
 use hexsense::wire::message::{self, Drive, Refusal, Request, Response, Status, StreamContent};
-use hexsense::wire::{Frame, FrameError, Kind, telemetry};
+use hexsense::wire::telemetry::Header;
+use hexsense::wire::{Frame, FrameError, Kind, PoseReport, pose, telemetry};
 
 use super::clock::Source;
 use super::exchange::{Active, Exchange, Guard, Progress};
@@ -101,7 +103,7 @@ impl Desk {
                     Err(refusal) => encode(&Response::Refused(refusal), sequence, out),
                 }
             }
-            Kind::Greeting | Kind::Response | Kind::Block => {
+            Kind::Greeting | Kind::Response | Kind::Block | Kind::Pose => {
                 self.count_damaged();
                 None
             }
@@ -114,18 +116,25 @@ impl Desk {
         encode(answer, sequence, out)
     }
 
-    /// Looks at a block; returns the length of the frame to send when the host wants blocks.
+    /// Looks at a block, and hands over its jacks when the host wants poses; returns the length of the frame to send
+    /// when it wants blocks.
     pub fn pass_on(&mut self, block: &Block, out: &mut [u8]) -> Option<usize> {
         self.tilt = block.header.set.map(|_| quick_look::tilt(&block.values));
-        if !self.stream.counts && !self.stream.values {
+        if self.stream.pose {
+            let Header {
+                first_scan, supply, ..
+            } = block.header;
+            let jacks = JackBlock::new(first_scan, supply, &block.counts);
+            self.exchange.jacks.signal(jacks);
+        }
+        if !self.stream.has_blocks() {
             return None;
         }
-        let header = telemetry::Header {
+        let header = Header {
             content: self.stream,
             ..block.header
         };
-        let sequence = self.telemetry_sequence;
-        self.telemetry_sequence = sequence.wrapping_add(1);
+        let sequence = self.next_telemetry();
         sendable(telemetry::encode(
             &header,
             &block.counts,
@@ -133,6 +142,20 @@ impl Desk {
             sequence,
             out,
         ))
+    }
+
+    /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
+    pub fn pass_on_pose(&mut self, report: &PoseReport, out: &mut [u8]) -> Option<usize> {
+        if !self.stream.pose {
+            return None;
+        }
+        sendable(pose::encode(report, self.next_telemetry(), out))
+    }
+
+    fn next_telemetry(&mut self) -> u16 {
+        let sequence = self.telemetry_sequence;
+        self.telemetry_sequence = sequence.wrapping_add(1);
+        sequence
     }
 
     fn decide(&mut self, request: Request, sequence: u16) -> Result<Outcome, Refusal> {
@@ -156,7 +179,7 @@ impl Desk {
     }
 
     fn set_stream(&mut self, content: StreamContent) -> Result<Outcome, Refusal> {
-        if content.values && !self.active.contains_value() {
+        if (content.values || content.pose) && !self.active.contains_value() {
             return Err(Refusal::NoSet);
         }
         check_capacity(content, self.rate_hz())?;
@@ -242,7 +265,7 @@ impl Desk {
 
 fn check_capacity(content: StreamContent, rate_hz: u32) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz);
-    if (content.counts || content.values) && bits_per_s > TELEMETRY_LIMIT_BITS_PER_S {
+    if bits_per_s > TELEMETRY_LIMIT_BITS_PER_S {
         return Err(Refusal::LinkCapacity {
             bits_per_s,
             limit: TELEMETRY_LIMIT_BITS_PER_S,

@@ -7,6 +7,7 @@
 //!                         ▲  ▲  └progress──▲ │
 //!             active set ─┘  └──commands─────┤
 //!                 storage ◀─────commands─────┘     answers of both ─▶ link
+//!                  └──base──▶ pose ◀──jacks── link ◀──poses── pose
 //! ```
 //!
 //! Blocks go through a channel of their own, in place (see [`super::sampling::Blocks`]). A *latest* value has one
@@ -16,11 +17,12 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
+use hexsense::live_pose::JackBlock;
 use hexsense::sampling::Calibrator;
-use hexsense::wire::Response;
 use hexsense::wire::message;
+use hexsense::wire::{PoseReport, Response};
 
-use super::{sampling, storage, supply};
+use super::{pose, sampling, storage, supply};
 
 /// Guards what tasks of different priorities share.
 pub type Guard = CriticalSectionRawMutex;
@@ -67,6 +69,12 @@ pub struct Exchange {
     pub active: Watch<Guard, Active, 2>,
     /// Latest progress of the sample path: to the link.
     pub progress: Watch<Guard, Progress, 1>,
+    /// Base of a new active set: storage to pose.
+    pub base: Signal<Guard, pose::Base>,
+    /// Jacks of the latest block that the link has sent: to pose.
+    pub jacks: Signal<Guard, JackBlock>,
+    /// Latest pose, or why there is none: to the link.
+    pub pose: Signal<Guard, PoseReport>,
     /// Link to sample path.
     pub to_sampling: Channel<Guard, sampling::Command, 1>,
     /// Link to storage.
@@ -84,6 +92,9 @@ impl Exchange {
             supply: Watch::new(),
             active: Watch::new(),
             progress: Watch::new(),
+            base: Signal::new(),
+            jacks: Signal::new(),
+            pose: Signal::new(),
             to_sampling: Channel::new(),
             to_storage: Channel::new(),
             answers: Channel::new(),

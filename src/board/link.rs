@@ -1,11 +1,11 @@
 //! The serial link: bytes in, frames out. What is said is decided at the [`desk`](super::desk).
 //!
-//! One task owns the port. It waits for whatever comes first: bytes from the host, a block from the sample path, or
-//! an answer from a task that was given a command. Frames go out one after another; while one is on the line the
+//! One task owns the port. It waits for whatever comes first: bytes from the host, a block from the sample path, an
+//! answer from a task that was given a command, or a pose. Frames go out one after another; while one is on the line the
 //! receiver's ring takes what comes in. Nothing here can hold up the sample path, which drops a block when the queue
 //! is full and counts it.
 
-use embassy_futures::select::{Either3, select3};
+use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, Uart, UartTx};
 use embassy_sync::zerocopy_channel;
@@ -55,14 +55,15 @@ pub async fn talk(
     let mut input = [0; 64];
     loop {
         exchange.alive.link.signal(());
-        match select3(
+        match select4(
             rx.read(&mut input),
             blocks.receive(),
             exchange.answers.receive(),
+            exchange.pose.wait(),
         )
         .await
         {
-            Either3::First(Ok(length)) => {
+            Either4::First(Ok(length)) => {
                 for byte in &input[..length] {
                     if let Some(closed) = deframer.push(*byte) {
                         let length = desk.take_in(closed, &mut sender.frame);
@@ -70,18 +71,22 @@ pub async fn talk(
                     }
                 }
             }
-            Either3::First(Err(error)) => {
+            Either4::First(Err(error)) => {
                 defmt::debug!("receiver: {}", error);
                 desk.count_damaged();
                 rx.start_uart();
             }
-            Either3::Second(block) => {
+            Either4::Second(block) => {
                 let length = desk.pass_on(block, &mut sender.frame);
                 blocks.receive_done();
                 sender.send(length).await;
             }
-            Either3::Third(answer) => {
+            Either4::Third(answer) => {
                 let length = desk.hand_out(&answer, &mut sender.frame);
+                sender.send(length).await;
+            }
+            Either4::Fourth(report) => {
+                let length = desk.pass_on_pose(&report, &mut sender.frame);
                 sender.send(length).await;
             }
         }

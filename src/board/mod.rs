@@ -10,6 +10,7 @@
 //! | [`supply`] | supply voltage and temperature, slowly |
 //! | [`sampling`] | the sample path: sums, calibrated values, blocks for the link |
 //! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
+//! | [`pose`] | the board's own pose, from the jacks |
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
 //! | [`exchange`] | what passes between those tasks |
 //! | [`supervisor`] | the watchdog |
@@ -25,6 +26,7 @@ pub mod identity;
 pub mod link;
 pub mod panic;
 pub mod pins;
+pub mod pose;
 pub mod quick_look;
 pub mod sampling;
 pub mod start;

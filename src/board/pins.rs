@@ -37,7 +37,7 @@ bind_interrupts!(
 
 /// The sample path: below the drivers' interrupts (P0), which only move data and wake tasks.
 pub const SAMPLING_PRIORITY: Priority = Priority::P4;
-/// The link. Storage, supply and supervisor run below every interrupt.
+/// The link. Pose, storage, supply and supervisor run below every interrupt.
 pub const LINK_PRIORITY: Priority = Priority::P8;
 /// Vector of an unused peripheral that runs the sample path's executor.
 pub const SAMPLING_VECTOR: interrupt::Interrupt = interrupt::Interrupt::I2C4_EV;

@@ -46,6 +46,7 @@ impl Block {
             content: StreamContent {
                 counts: false,
                 values: false,
+                pose: false,
             },
         },
         counts: [[0; CHANNELS]; BLOCK],

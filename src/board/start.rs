@@ -11,7 +11,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 use super::exchange::{Exchange, Guard};
 use super::identity::Origin;
 use super::sampling::{Block, QUEUED};
-use super::{clock, link, pins, sampling, storage, supervisor, supply};
+use super::{clock, link, pins, pose, sampling, storage, supervisor, supply};
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static LINK: InterruptExecutor = InterruptExecutor::new();
@@ -57,6 +57,7 @@ fn main() -> ! {
     link.spawn(link::talk(parts.serial, origin, exchange, blocks_out).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
         background.spawn(storage::store(parts.flash, board, exchange).unwrap());
+        background.spawn(pose::find(exchange).unwrap());
         background.spawn(supply::measure(parts.supply, exchange).unwrap());
         background.spawn(supervisor::supervise(parts.watchdog, exchange).unwrap());
     })

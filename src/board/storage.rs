@@ -20,10 +20,11 @@ use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Refusal, Response};
 
 use super::exchange::{Active, Exchange};
 use super::pins::Irqs;
+use super::pose::Base;
 use super::timing::STORAGE_HEARTBEAT;
 
-/// Bytes of bank 2 that hold the sets: eight pages, so that 10,000 erasures of a page last for more
-/// than 300,000 uploads.
+/// Bytes of bank 2 that hold the sets: eight pages of three sets each, so that 10,000 erasures of a page last for
+/// 200,000 uploads.
 const ARCHIVE: Range<u32> = 0..8 * 2_048;
 
 /// What the link may ask of the storage. Each is answered once.
@@ -201,6 +202,11 @@ impl Storage {
             set,
             temperature_c: stored.set.temperature_c,
             calibrator: Calibrator::new(&stored.set),
+        });
+        self.exchange.base.signal(Base {
+            set: stored.id,
+            base: stored.set.base,
+            jacks: stored.set.jacks,
         });
         self.active = Some((set, encoded));
     }

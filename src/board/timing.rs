@@ -7,7 +7,7 @@ use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
 use hexsense::sampling::{BLOCK, RANK_NS, RATES_HZ};
-use hexsense::wire::BAUD;
+use hexsense::wire::{BAUD, pose};
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
@@ -79,6 +79,12 @@ pub fn block_timeout(rate_hz: u32) -> Duration {
 pub const SUPPLY_PERIOD: Duration = Duration::from_millis(100);
 /// Start of the temperature sensor and the reference buffer: 120 µs in the data sheet.
 pub const INTERNAL_START: Duration = Duration::from_millis(1);
+
+/// From one pose to the next at least; the link's capacity is planned for that.
+pub const POSE_PERIOD: Duration = Duration::from_hz(pose::MAX_RATE_HZ as u64);
+/// After so long without a pose the next starts from home: a base that moves at 1 m/s is then 5 cm away, which is as
+/// far as tracking goes.
+pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 
 /// The part of the line that telemetry may use: the rest is for answers.
 pub const TELEMETRY_LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;

@@ -1,10 +1,13 @@
 //! The coefficients as the board keeps them: the record, and its place in flash.
 //!
 //! - [`record`]: a [`CoefficientSet`], its identity and its bytes with a checksum.
+//! - [`base`]: the motion base and its jack transducers in a set.
 //! - [`flash`]: the last eight sets in flash; the newest valid one is active.
 
+pub mod base;
 pub mod flash;
 pub mod record;
 
+pub use base::{BaseError, JackCoefficients, MotionBase};
 pub use flash::{Archive, ArchiveError, Stored};
 pub use record::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};

@@ -14,10 +14,12 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::base::{BaseError, JackCoefficients, MotionBase};
 use crate::channel::Triad;
 
-/// Upper bound of the encoded length of a set, bytes.
-pub const MAX_ENCODED: usize = 512;
+/// Upper bound of the encoded length of a set, bytes: the longest has 611, 300 of them in the triads and 208 in base
+/// and jacks. Three such sets fill a page of 2 KiB with what the archive adds.
+pub const MAX_ENCODED: usize = 640;
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Longest geometry name, bytes of UTF-8.
 pub const MAX_NAME: usize = 32;
@@ -70,6 +72,10 @@ pub struct CoefficientSet {
     pub provenance: [u8; 32],
     /// Linear acceleration, angular acceleration, angular rate.
     pub triads: [TriadCoefficients; 3],
+    /// The motion base.
+    pub base: MotionBase,
+    /// Its jack transducers.
+    pub jacks: JackCoefficients,
 }
 
 /// Why bytes are not a usable coefficient set.
@@ -106,6 +112,9 @@ pub enum RecordError {
         /// The triad concerned.
         triad: Triad,
     },
+    /// Base or jack transducers are not usable.
+    #[error(transparent)]
+    Base(BaseError),
 }
 
 impl CoefficientSet {
@@ -166,11 +175,13 @@ impl CoefficientSet {
     /// Whether the numbers are usable.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`] and [`RecordError::Singular`].
+    /// [`RecordError::NotFinite`], [`RecordError::Singular`] and [`RecordError::Base`].
     pub fn check(&self) -> Result<(), RecordError> {
         for (triad, coefficients) in Triad::ALL.into_iter().zip(&self.triads) {
             coefficients.check(triad)?;
         }
+        self.jacks.check().map_err(RecordError::Base)?;
+        self.base.geometry().map_err(RecordError::Base)?;
         Ok(())
     }
 }

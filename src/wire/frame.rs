@@ -30,6 +30,8 @@ pub enum Kind {
     Response = 3,
     /// A block of samples, see [`super::telemetry`].
     Block = 4,
+    /// The board's own pose, see [`super::pose`].
+    Pose = 5,
 }
 
 impl Kind {
@@ -40,6 +42,7 @@ impl Kind {
             Self::Request,
             Self::Response,
             Self::Block,
+            Self::Pose,
         ]
         .into_iter()
         .find(|kind| *kind as u8 == byte)

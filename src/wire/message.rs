@@ -18,7 +18,7 @@ pub enum Request {
     Identity,
     /// How are you? → [`Response::Status`].
     Status,
-    /// Start, change or stop the stream of blocks → [`Response::Done`].
+    /// Start, change or stop the stream of blocks and poses → [`Response::Done`].
     Stream(StreamContent),
     /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. The scan counter goes on → [`Response::Done`].
     Rate(u32),
@@ -56,13 +56,23 @@ pub enum Request {
     UploadAbort,
 }
 
-/// What a block of telemetry carries.
+/// What the stream carries: counts and values in blocks, the pose in frames of its own.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StreamContent {
     /// Raw counts of all fifteen channels.
     pub counts: bool,
     /// The nine calibrated values; refused without an active set.
     pub values: bool,
+    /// The pose from the jacks; refused without an active set.
+    pub pose: bool,
+}
+
+impl StreamContent {
+    /// Whether there are blocks in the stream.
+    #[must_use]
+    pub const fn has_blocks(&self) -> bool {
+        self.counts || self.values
+    }
 }
 
 /// One drive frequency to estimate at.

@@ -14,20 +14,23 @@
 //! | request | host → board | postcard of [`Request`] |
 //! | response | board → host | postcard of [`Response`] |
 //! | block | board → host | [`telemetry`] |
+//! | pose | board → host | postcard of [`pose::PoseReport`] |
 //!
 //! Anything but hello and greeting may change; then [`VERSION`] must.
 
 pub mod frame;
 pub mod hello;
 pub mod message;
+pub mod pose;
 pub mod telemetry;
 
 pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
 pub use message::{
     Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
 };
+pub use pose::{BoardPose, PoseRefusal, PoseReport};
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
 pub const BAUD: u32 = 2_000_000;

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use super::message::StreamContent;
+use super::pose;
 use crate::channel::{CHANNELS, INERTIAL, Scan};
 use crate::sampling::{BLOCK, Values};
 use crate::store::SetId;
@@ -54,8 +55,27 @@ pub struct Block {
 pub const fn bits_per_second(content: StreamContent, rate_hz: u32) -> u32 {
     let counts = if content.counts { COUNT_BYTES } else { 0 };
     let values = if content.values { VALUE_BYTES } else { 0 };
-    let frame = MAX_HEADER + counts + values + 16;
-    (frame * 10) as u32 * rate_hz / BLOCK as u32
+    let blocks = if content.has_blocks() {
+        frame_bits(MAX_HEADER + counts + values) * rate_hz / BLOCK as u32
+    } else {
+        0
+    };
+    let poses_hz = if rate_hz < pose::MAX_RATE_HZ * BLOCK as u32 {
+        rate_hz.div_ceil(BLOCK as u32)
+    } else {
+        pose::MAX_RATE_HZ
+    };
+    let poses = if content.pose {
+        frame_bits(pose::MAX_REPORT) * poses_hz
+    } else {
+        0
+    };
+    blocks + poses
+}
+
+/// Bits on the line of a frame with so many bytes of payload; sixteen cover header, checksum and COBS.
+const fn frame_bits(payload: usize) -> u32 {
+    ((payload + 16) * 10) as u32
 }
 
 /// Encodes a block as a frame into `out` and returns its length; `header.content` says which of the samples go.

@@ -85,7 +85,7 @@ fn sweep(appends: std::ops::RangeInclusive<u32>, torn: Torn) {
 fn sweep_all(torn: Torn) {
     sweep(1..=1, torn);
     sweep(8..=9, torn);
-    sweep(24..=33, torn);
+    sweep(18..=26, torn);
 }
 
 #[test]
@@ -123,9 +123,9 @@ fn the_sweeps_reach_erasures_in_both_halves() {
             .copied()
             .collect::<Vec<_>>()
     };
-    (1..24).for_each(|number| drop(append(&mut nor, number)));
+    (1..18).for_each(|number| drop(append(&mut nor, number)));
     assert_eq!(erased(&nor), [0; PAGES]);
-    (24..34).for_each(|number| drop(append(&mut nor, number)));
+    (18..27).for_each(|number| drop(append(&mut nor, number)));
     let halves = erased(&nor);
     assert!(
         halves[..PAGES / 2].contains(&1) && halves[PAGES / 2..].contains(&1),
@@ -146,8 +146,8 @@ fn generations(mut nor: Nor) {
     let mut cuts = 0;
     for number in 1..1_200 {
         let torn = KINDS[random.random_range(0..KINDS.len())];
-        // An append is about fifty operations, with the erasure of a page among the first of some.
-        let most = if random.random() { 100 } else { 6 };
+        // An append is about eighty operations, with the erasure of a page among the first of some.
+        let most = if random.random() { 160 } else { 6 };
         let operation = random.random_range(0..most);
         nor.cut_after(operation, torn, random.random());
         let case = format!("append {number}, {torn:?} in operation {operation}");

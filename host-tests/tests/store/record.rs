@@ -1,7 +1,9 @@
 //! A set is read whole, or refused with the reason.
 
 use hexsense::channel::Triad;
-use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};
+use hexsense::store::{
+    BaseError, CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients,
+};
 use proptest::prelude::*;
 
 use crate::sets::{any_set, encoded, numbered};
@@ -199,6 +201,87 @@ fn matrices_that_mix_up_axes_are_refused() {
                 CoefficientSet::decode(&encoded(&set)),
                 Err(RecordError::Singular { triad })
             );
+        }
+    }
+}
+
+/// A set that was changed is refused with this reason.
+fn assert_refused(change: impl FnOnce(&mut CoefficientSet), reason: BaseError) {
+    let mut set = numbered(1);
+    change(&mut set);
+    assert_eq!(
+        CoefficientSet::decode(&encoded(&set)),
+        Err(RecordError::Base(reason))
+    );
+}
+
+#[test]
+fn every_number_of_the_base_that_is_not_finite_is_refused() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let refused = |change: &dyn Fn(&mut CoefficientSet)| {
+            assert_refused(change, BaseError::NotFinite);
+        };
+        for jack in 0..6 {
+            for axis in 0..3 {
+                refused(&|set| set.base.lower[jack][axis] = bad);
+                refused(&|set| set.base.upper[jack][axis] = bad);
+            }
+        }
+        refused(&|set| set.base.length_min_m = bad);
+        refused(&|set| set.base.length_max_m = bad);
+        refused(&|set| set.base.home_height_m = bad);
+        refused(&|set| set.jacks.zero_length_m = bad);
+    }
+}
+
+#[test]
+fn transducers_that_do_not_measure_are_refused_by_name() {
+    for jack in 0..6 {
+        let reason = BaseError::Transducer {
+            jack: jack as u8 + 1,
+        };
+        assert_refused(|set| set.jacks.zero_counts[jack] = f32::NAN, reason);
+        for bad in [0.0, -0.0, f32::NAN, f32::INFINITY] {
+            assert_refused(|set| set.jacks.metres_per_count[jack] = bad, reason);
+        }
+    }
+}
+
+#[test]
+fn bases_that_cannot_stand_are_refused() {
+    assert_refused(|set| set.base.length_min_m = -0.1, BaseError::Stroke);
+    assert_refused(
+        |set| set.base.length_min_m = set.base.length_max_m,
+        BaseError::Stroke,
+    );
+    assert_refused(
+        |set| set.base.home_height_m = 9.0,
+        BaseError::Home { jack: 1 },
+    );
+    assert_refused(|set| set.base.upper = [[0.0; 3]; 6], BaseError::Degenerate);
+}
+
+#[test]
+fn a_base_with_home_on_its_stops_is_still_one_when_it_is_stored() {
+    for preset in hexsense_probe::geometry_file::preset_names() {
+        let geometry = hexsense_probe::geometry_file::GeometryFile::load(preset).unwrap();
+        let geometry = geometry.geometry;
+        let lengths = hexsense::kinematics::inverse(&geometry, &geometry.home());
+        let (least, greatest) = (
+            lengths.into_iter().fold(f64::INFINITY, f64::min),
+            lengths.into_iter().fold(0.0, f64::max),
+        );
+        for (length_min, length_max) in [(least, 9.0), (0.0, greatest)] {
+            let on_stops = hexsense::kinematics::Geometry::new(
+                *geometry.lower(),
+                *geometry.upper(),
+                length_min,
+                length_max,
+                Some(geometry.home_height_m()),
+            )
+            .unwrap();
+            let stored = hexsense::store::MotionBase::new(&on_stops).geometry();
+            assert!(stored.is_ok(), "{preset}: {stored:?}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Coefficient sets to store.
 
-use hexsense::store::{CoefficientSet, MAX_ENCODED, TriadCoefficients};
+use hexsense::store::{
+    CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
+};
 use proptest::array::uniform32;
 use proptest::prelude::*;
 
@@ -21,6 +23,29 @@ pub fn numbered(number: u32) -> CoefficientSet {
         temperature_c: 31.5,
         provenance: [0xC3; 32],
         triads: [triad; 3],
+        base: base(),
+        jacks: JackCoefficients {
+            zero_length_m: 2.75,
+            zero_counts: [32_768.5; 6],
+            metres_per_count: [2.5e-5; 6],
+        },
+    }
+}
+
+/// Upper hinges in pairs on a circle, lower hinges 52° to either side of them on a larger one.
+pub fn base() -> MotionBase {
+    let hinge = |radius: f32, degrees: f32| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        [radius * cosine, 0.0, radius * sine]
+    };
+    let around = |jack: usize| 120.0 * (jack / 2) as f32;
+    let side = |jack: usize| if jack.is_multiple_of(2) { -52.0 } else { 52.0 };
+    MotionBase {
+        lower: std::array::from_fn(|jack| hinge(2.25, around(jack) + side(jack))),
+        upper: std::array::from_fn(|jack| hinge(1.5, around(jack))),
+        length_min_m: 2.125,
+        length_max_m: 3.375,
+        home_height_m: 2.125,
     }
 }
 
@@ -31,13 +56,20 @@ pub fn encoded(set: &CoefficientSet) -> Vec<u8> {
 /// Any set that is fit to be stored.
 pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
     let triads = [any_triad(), any_triad(), any_triad()];
+    let base = (any_base(), any_jacks());
     (
         (any::<[u8; 12]>(), "[a-z0-9µ-]{0,16}", any::<[u8; 8]>()),
         (any::<u64>(), -40.0_f32..125.0, uniform32(any::<u8>())),
         triads,
+        base,
     )
         .prop_map(
-            |((board, name, geometry_hash), (unix_s, temperature_c, provenance), triads)| {
+            |(
+                (board, name, geometry_hash),
+                (unix_s, temperature_c, provenance),
+                triads,
+                (base, jacks),
+            )| {
                 CoefficientSet {
                     board,
                     geometry: heapless::String::try_from(name.as_str()).unwrap(),
@@ -46,7 +78,47 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
                     temperature_c,
                     provenance,
                     triads,
+                    base,
+                    jacks,
                 }
+            },
+        )
+}
+
+/// Hinges anywhere within a hand of [`base`]'s.
+fn any_base() -> impl Strategy<Value = MotionBase> {
+    let off = || prop::array::uniform6(prop::array::uniform3(-0.05_f32..0.05));
+    (off(), off(), 0.0_f32..2.2, 3.3_f32..9.0, 2.0_f32..2.3).prop_map(
+        |(lower, upper, length_min_m, length_max_m, home_height_m)| {
+            let moved = |hinges: [[f32; 3]; 6], off: [[f32; 3]; 6]| {
+                std::array::from_fn(|jack| {
+                    std::array::from_fn(|axis| hinges[jack][axis] + off[jack][axis])
+                })
+            };
+            MotionBase {
+                lower: moved(base().lower, lower),
+                upper: moved(base().upper, upper),
+                length_min_m,
+                length_max_m,
+                home_height_m,
+            }
+        },
+    )
+}
+
+/// Transducers of any sensitivity, either way round.
+fn any_jacks() -> impl Strategy<Value = JackCoefficients> {
+    let metres = prop_oneof![1e-6_f32..1e-3, -1e-3_f32..-1e-6];
+    (
+        0.0_f32..9.0,
+        prop::array::uniform6(0.0_f32..65_536.0),
+        prop::array::uniform6(metres),
+    )
+        .prop_map(
+            |(zero_length_m, zero_counts, metres_per_count)| JackCoefficients {
+                zero_length_m,
+                zero_counts,
+                metres_per_count,
             },
         )
 }

@@ -5,7 +5,7 @@ use hexsense::sampling::{BLOCK, RATES_HZ};
 use hexsense::store::SetId;
 use hexsense::wire::frame::{self, Closed, Deframer, FrameError};
 use hexsense::wire::telemetry::{self, Header};
-use hexsense::wire::{Kind, MAX_FRAME, MAX_PAYLOAD, StreamContent};
+use hexsense::wire::{BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose};
 
 /// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
 fn largest_block(content: StreamContent) -> usize {
@@ -25,29 +25,60 @@ fn largest_block(content: StreamContent) -> usize {
     telemetry::encode(&header, &counts, &values, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
 }
 
-fn contents() -> [StreamContent; 4] {
-    [(false, false), (true, false), (false, true), (true, true)]
-        .map(|(counts, values)| StreamContent { counts, values })
+/// The pose that takes most bytes.
+fn largest_pose() -> usize {
+    let report = PoseReport {
+        first_scan: u64::MAX,
+        set: SetId([0xFF; 8]),
+        outcome: Ok(BoardPose {
+            position_m: [-1.999_999_9; 3],
+            rotation: [-1.999_999_9; 4],
+            residual_m: -1.999_999_9,
+            condition_bound: -1.999_999_9,
+            iterations: u8::MAX,
+        }),
+    };
+    pose::encode(&report, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
+}
+
+fn contents() -> [StreamContent; 8] {
+    std::array::from_fn(|content| StreamContent {
+        counts: content & 1 != 0,
+        values: content & 2 != 0,
+        pose: content & 4 != 0,
+    })
+}
+
+#[test]
+fn the_longest_pose_has_the_stated_length() {
+    // Kind and sequence number 3, checksum 4, COBS 1, closing zero 1.
+    assert_eq!(largest_pose(), pose::MAX_REPORT + 9);
 }
 
 #[test]
 fn the_largest_block_fits_a_frame() {
-    assert!(largest_block(contents()[3]) <= MAX_FRAME);
+    assert!(largest_block(contents()[7]) <= MAX_FRAME);
 }
 
 #[test]
 fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
     for content in contents() {
         for rate_hz in RATES_HZ {
-            let bytes = largest_block(content) as f64;
-            let needed = bytes * 10.0 * f64::from(rate_hz) / BLOCK as f64;
+            let blocks_hz = f64::from(rate_hz) / BLOCK as f64;
+            let mut needed = 0.0;
+            if content.counts || content.values {
+                needed += largest_block(content) as f64 * 10.0 * blocks_hz;
+            }
+            if content.pose {
+                needed += largest_pose() as f64 * 10.0 * blocks_hz.min(100.0);
+            }
             let stated = f64::from(telemetry::bits_per_second(content, rate_hz));
             assert!(
                 stated >= needed,
                 "{content:?} at {rate_hz} Hz: {stated} < {needed}"
             );
-            let spare = (stated - needed) / 10.0 / f64::from(rate_hz) * BLOCK as f64;
-            assert!(spare < 40.0, "{spare} bytes a block are not needed");
+            let spare = (stated - needed) / 10.0 / blocks_hz;
+            assert!(spare < 50.0, "{spare} bytes a block are not needed");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use hexsense::store::CoefficientSet;
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::{MAX_FRAME, frame, message, telemetry};
+use hexsense::wire::{MAX_FRAME, frame, message, pose, telemetry};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -13,6 +13,7 @@ fn decode_everything(bytes: &[u8]) {
     let _ = message::decode_request(bytes);
     let _ = message::decode_response(bytes);
     let _ = telemetry::decode(bytes);
+    let _ = pose::decode(bytes);
     let _ = Greeting::decode(bytes);
     let _ = CoefficientSet::decode(bytes);
     let _ = frame::decode(&mut bytes.to_vec());

@@ -3,11 +3,12 @@
 use hexsense::channel::{CHANNELS, INERTIAL, Triad};
 use hexsense::harmonics::ChannelSums;
 use hexsense::sampling::BLOCK;
-use hexsense::store::{RecordError, SetId};
+use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, ResetCause};
 use hexsense::wire::telemetry::{Block, Header};
 use hexsense::wire::{
-    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
+    BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
+    Status, StreamContent,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -119,6 +120,56 @@ fn record_error() -> impl Strategy<Value = RecordError> {
             .clone()
             .prop_map(|triad| RecordError::NotFinite { triad }),
         triad.prop_map(|triad| RecordError::Singular { triad }),
+        base_error().prop_map(RecordError::Base),
+    ]
+}
+
+fn base_error() -> impl Strategy<Value = BaseError> {
+    prop_oneof![
+        Just(BaseError::NotFinite),
+        Just(BaseError::Stroke),
+        any::<u8>().prop_map(|jack| BaseError::Home { jack }),
+        Just(BaseError::Degenerate),
+        any::<u8>().prop_map(|jack| BaseError::Transducer { jack }),
+    ]
+}
+
+pub fn pose_report() -> impl Strategy<Value = PoseReport> {
+    let pose = (
+        [any::<f32>(); 3],
+        [any::<f32>(); 4],
+        [any::<f32>(); 2],
+        any::<u8>(),
+    )
+        .prop_map(|(position_m, rotation, bounds, iterations)| BoardPose {
+            position_m,
+            rotation,
+            residual_m: bounds[0],
+            condition_bound: bounds[1],
+            iterations,
+        });
+    let outcome = prop_oneof![pose.prop_map(Ok), pose_refusal().prop_map(Err)];
+    (any::<u64>(), set_id(), outcome).prop_map(|(first_scan, set, outcome)| PoseReport {
+        first_scan,
+        set,
+        outcome,
+    })
+}
+
+fn pose_refusal() -> impl Strategy<Value = PoseRefusal> {
+    prop_oneof![
+        base_error().prop_map(PoseRefusal::Base),
+        any::<u8>().prop_map(|jack| PoseRefusal::NotFinite { jack }),
+        (any::<u8>(), any::<f32>())
+            .prop_map(|(jack, length_m)| PoseRefusal::OutsideStroke { jack, length_m }),
+        Just(PoseRefusal::Singular),
+        any::<f32>().prop_map(|short_m| PoseRefusal::Unreachable { short_m }),
+        any::<f32>().prop_map(|short_m| PoseRefusal::NoConvergence { short_m }),
+        Just(PoseRefusal::BranchChanged),
+        (any::<f32>(), any::<f32>()).prop_map(|(distance_m, angle_rad)| PoseRefusal::Jump {
+            distance_m,
+            angle_rad
+        }),
     ]
 }
 
@@ -206,7 +257,11 @@ fn active_set() -> impl Strategy<Value = ActiveSet> {
 }
 
 fn content() -> impl Strategy<Value = StreamContent> {
-    (any::<bool>(), any::<bool>()).prop_map(|(counts, values)| StreamContent { counts, values })
+    [any::<bool>(); 3].prop_map(|[counts, values, pose]| StreamContent {
+        counts,
+        values,
+        pose,
+    })
 }
 
 fn set_id() -> impl Strategy<Value = SetId> {

@@ -3,7 +3,7 @@
 use hexsense::sampling::BLOCK;
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::{Frame, Kind, MAX_FRAME, message, telemetry};
+use hexsense::wire::{Frame, Kind, MAX_FRAME, message, pose, telemetry};
 use proptest::prelude::*;
 
 use crate::messages;
@@ -56,6 +56,24 @@ proptest! {
                 .then(|| Greeting::decode(frame.payload))?
         });
         prop_assert_eq!(received, Some(greeting));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn every_pose_arrives_as_sent(report in messages::pose_report(), sequence: u16) {
+        let mut out = [0; MAX_FRAME];
+        let length = pose::encode(&report, sequence, &mut out).unwrap();
+        let received = receive(&out[..length], |frame| {
+            (frame.kind == Kind::Pose && frame.sequence == sequence)
+                .then(|| pose::decode(frame.payload))?
+        });
+        prop_assert_eq!(received, Some(report));
+        let payload = frame::decode(&mut out[..length - 1]).unwrap().payload;
+        prop_assert_eq!(pose::decode(&payload[..payload.len() - 1]), None, "cut short");
+        prop_assert_eq!(pose::decode(&[payload, &[0]].concat()), None, "with something behind");
     }
 }
 

@@ -2,11 +2,12 @@
 
 use hexsense::channel::Triad;
 use hexsense::harmonics::ChannelSums;
-use hexsense::store::{RecordError, SetId};
+use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::message::{ActiveSet, Chunk, ResetCause};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{
-    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
+    BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
+    Status, StreamContent,
 };
 
 /// Lists a sample beside every variant of an enum; a variant without a sample does not compile.
@@ -34,6 +35,7 @@ const ACTIVE: ActiveSet = ActiveSet {
 const CONTENT: StreamContent = StreamContent {
     counts: true,
     values: false,
+    pose: true,
 };
 
 fn chunk() -> Chunk {
@@ -98,7 +100,59 @@ pub fn record_errors() -> Vec<(&'static str, RecordError)> {
         Layout {} => RecordError::Layout,
         NotFinite { .. } => RecordError::NotFinite { triad: Triad::LinearAcceleration },
         Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
+        Base { .. } => RecordError::Base(BaseError::NotFinite),
     })
+}
+
+pub fn base_errors() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(BaseError {
+        NotFinite {} => BaseError::NotFinite,
+        Stroke {} => BaseError::Stroke,
+        Home { .. } => BaseError::Home { jack: 6 },
+        Degenerate {} => BaseError::Degenerate,
+        Transducer { .. } => BaseError::Transducer { jack: 5 },
+    });
+    named
+        .into_iter()
+        .map(|(name, error)| {
+            (
+                name,
+                Response::Refused(Refusal::Record(RecordError::Base(error))),
+            )
+        })
+        .collect()
+}
+
+/// A pose, and every reason why there is none.
+pub fn pose_reports() -> Vec<(&'static str, PoseReport)> {
+    let refusals = one_of_each!(PoseRefusal {
+        Base { .. } => PoseRefusal::Base(BaseError::Stroke),
+        NotFinite { .. } => PoseRefusal::NotFinite { jack: 6 },
+        OutsideStroke { .. } => PoseRefusal::OutsideStroke { jack: 5, length_m: 4.015_625 },
+        Singular {} => PoseRefusal::Singular,
+        Unreachable { .. } => PoseRefusal::Unreachable { short_m: 0.25 },
+        NoConvergence { .. } => PoseRefusal::NoConvergence { short_m: 0.125 },
+        BranchChanged {} => PoseRefusal::BranchChanged,
+        Jump { .. } => PoseRefusal::Jump { distance_m: 0.062_5, angle_rad: 0.031_25 },
+    });
+    let pose = BoardPose {
+        position_m: [0.5, 2.25, -0.75],
+        rotation: [0.968_75, 0.125, -0.062_5, 0.203_125],
+        residual_m: 0.015_625,
+        condition_bound: 24.5,
+        iterations: 3,
+    };
+    let report = |outcome| PoseReport {
+        first_scan: 0x0102_0304_0506_0708,
+        set: ID,
+        outcome,
+    };
+    let refused = refusals
+        .into_iter()
+        .map(|(name, refusal)| (name, report(Err(refusal))));
+    std::iter::once(("Pose", report(Ok(pose))))
+        .chain(refused)
+        .collect()
 }
 
 pub fn triads() -> Vec<(&'static str, Response)> {

@@ -7,7 +7,7 @@ use hexsense::sampling::BLOCK;
 use hexsense::wire::hello::Greeting;
 use hexsense::wire::message::{encode_request, encode_response};
 use hexsense::wire::{
-    Kind, MAX_FRAME, Refusal, Response, StreamContent, VERSION, frame, telemetry,
+    Kind, MAX_FRAME, Refusal, Response, StreamContent, VERSION, frame, pose, telemetry,
 };
 
 use crate::samples;
@@ -55,6 +55,9 @@ fn everything() -> String {
             response(&Response::Refused(Refusal::Record(error))),
         );
     }
+    for (name, sample) in samples::base_errors() {
+        line("base-error", name, response(&sample));
+    }
     for (name, sample) in samples::triads() {
         line("triad", name, response(&sample));
     }
@@ -73,6 +76,10 @@ fn everything() -> String {
         telemetry::encode(&header, &counts, &values, SEQUENCE, out).unwrap()
     });
     line("block", "Header", block);
+    for (name, report) in samples::pose_reports() {
+        let bytes = hex(|out| pose::encode(&report, SEQUENCE, out).unwrap());
+        line("pose", name, bytes);
+    }
     text
 }
 
@@ -144,8 +151,13 @@ fn samples_of_a_block_follow_its_header_in_the_order_of_scans() {
         .flat_map(|place| (place as f32 + 0.5).to_le_bytes())
         .collect();
     let [none, only_counts, only_values, both] =
-        [(false, false), (true, false), (false, true), (true, true)]
-            .map(|(counts, values)| payload(StreamContent { counts, values }));
+        [(false, false), (true, false), (false, true), (true, true)].map(|(counts, values)| {
+            payload(StreamContent {
+                counts,
+                values,
+                pose: false,
+            })
+        });
     let header = none.len();
     assert_eq!(only_counts[header..], counts);
     assert_eq!(only_values[header..], values);

@@ -8,6 +8,7 @@ use hexsense::calibration::budget::{Cause, Shape, uniform};
 use hexsense::calibration::truth::Site;
 use hexsense::channel::JACKS;
 use hexsense::kinematics::{Geometry, GeometryError};
+use hexsense::store::JackCoefficients;
 use nalgebra::Vector3;
 
 use crate::geometry_file::GeometryFile;
@@ -91,6 +92,16 @@ impl Belief {
                 + (counts[jack] * self.supply - self.zero_counts[jack])
                     * self.metres_per_count[jack]
         })
+    }
+
+    /// The transducers as a coefficient set carries them, so that the board believes the same of them.
+    #[must_use]
+    pub fn jack_coefficients(&self) -> JackCoefficients {
+        JackCoefficients {
+            zero_length_m: ((self.length_min_m + self.length_max_m) / 2.0) as f32,
+            zero_counts: self.zero_counts.map(|counts| counts as f32),
+            metres_per_count: self.metres_per_count.map(|metres| metres as f32),
+        }
     }
 
     /// All doubts: hinges, jack gains and offsets, converters, supply, clock and lever arm.

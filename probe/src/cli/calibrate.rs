@@ -1,11 +1,12 @@
 //! `hexsense calibrate`: from the plan to the coefficients.
 
 use clap::Args;
-use hexsense::store::CoefficientSet;
+use hexsense::store::{CoefficientSet, MotionBase};
 
 use super::arguments::{Base, Bench, Port};
 use super::{report, session};
 use crate::analysis;
+use crate::analysis::belief::Belief;
 use crate::analysis::results::Results;
 use crate::campaign::Campaign;
 use crate::coefficient_file;
@@ -41,6 +42,10 @@ impl Calibrate {
             SensorFile::load(&self.bench.sensors)?,
             |geometry| Ok::<_, anyhow::Error>(campaign::plan(geometry)?),
         )?;
+        let base = MotionBase::new(&campaign.geometry.geometry);
+        let jacks = Belief::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
+        // The board must be able to use them; that is seen before anything moves.
+        base.geometry().and_then(|_| jacks.check())?;
         let coefficients = campaign.folder.join("coefficients.toml");
         if coefficients.exists() {
             anyhow::bail!(
@@ -72,6 +77,8 @@ impl Calibrate {
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,
+            base,
+            jacks,
         };
         print!("{}", table(&analysis.results));
         report::write(&campaign, &set, &recorded, &analysis, None)?;

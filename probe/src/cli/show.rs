@@ -1,13 +1,21 @@
-//! `hexsense show`: the coefficients that the board uses.
+//! `hexsense show`: the coefficients that the board uses, and the pose that it finds with them.
+
+use std::time::Duration;
 
 use clap::Args;
 use hexsense::store::CoefficientSet;
+use hexsense::wire::{PoseReport, StreamContent};
 use serde_json::json;
 
 use super::arguments::Port;
-use crate::coefficient_file;
+use crate::link::{Client, LinkError};
+use crate::{board_pose, coefficient_file};
 
-/// Read the active coefficient set back from the board and print it.
+/// How long the board may take to find its pose.
+const POSE_WAIT: Duration = Duration::from_secs(2);
+
+/// Read the active coefficient set back from the board and print it, with the pose of the base that the board finds
+/// from its jacks.
 #[derive(Args)]
 pub struct Show {
     #[command(flatten)]
@@ -23,7 +31,8 @@ impl Show {
     /// # Errors
     /// What the link reports, and a set that does not decode.
     pub fn run(self) -> anyhow::Result<()> {
-        let Some((active, encoded)) = self.port.open()?.read_set()? else {
+        let mut client = self.port.open()?;
+        let Some((active, encoded)) = client.read_set()? else {
             if self.json {
                 println!("{}", json!({"id": null}));
             } else {
@@ -32,9 +41,11 @@ impl Show {
             return Ok(());
         };
         let set = CoefficientSet::decode(&encoded)?;
+        let pose = current_pose(&mut client)?;
         if self.json {
             let mut document = coefficient_file::to_json(&set)?;
             document["sequence"] = active.sequence.into();
+            document["pose"] = board_pose::to_json(&pose, &set)?;
             println!("{document}");
         } else {
             println!(
@@ -42,7 +53,19 @@ impl Show {
                 active.id, active.sequence, set.geometry
             );
             print!("{}", coefficient_file::table(&set));
+            print!("\n{}", board_pose::line(&pose, &set)?);
         }
         Ok(())
     }
+}
+
+/// The board's next pose.
+fn current_pose(client: &mut Client) -> Result<PoseReport, LinkError> {
+    client.stream(StreamContent {
+        pose: true,
+        ..StreamContent::default()
+    })?;
+    let pose = client.pose(POSE_WAIT)?;
+    client.stream(StreamContent::default())?;
+    Ok(pose)
 }

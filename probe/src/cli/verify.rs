@@ -2,11 +2,13 @@
 
 use clap::Args;
 use hexsense::sampling::{Calibrator, Values};
-use hexsense::store::CoefficientSet;
+use hexsense::store::{CoefficientSet, SetId};
+use hexsense::wire::PoseReport;
 
 use super::arguments::{Base, Bench, Port};
 use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
+use crate::board_pose::{self, LIMIT};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
@@ -19,8 +21,9 @@ use crate::sensor_file::SensorFile;
 /// Prove the board's coefficients on a movement that they were not fitted to.
 ///
 /// Drives all six degrees of freedom at once, lets the board calibrate while it samples, and compares with what the
-/// jacks say. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients came from. Fails when a channel's error is
-/// over 3 % of its signal, or its mean error outside its uncertainty.
+/// jacks say. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients came
+/// from. Fails when a channel's error is over 3 % of its signal, or its mean error outside its uncertainty, and when a
+/// pose that the board found is more than 5e-7 m or rad off the one that double precision finds from the same counts.
 #[derive(Args)]
 pub struct Verify {
     #[command(flatten)]
@@ -62,22 +65,23 @@ impl Verify {
         let mut client = self.port.open()?;
         let identity = session::ready(&mut client)?;
         campaign.check_board(&session::board_record(&client, &identity))?;
-        check_active(&mut client, &ours, &campaign)?;
+        let id = check_active(&mut client, &ours, &campaign)?;
         let mut motion = self.bench.motion()?;
         campaign.write()?;
         campaign.forget(&run.name)?;
         session::record_all(&mut client, motion.as_mut(), &campaign, &[run], true)?;
+        check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
         let since_set_s = self.bench.unix_s().saturating_sub(ours.unix_s) as f64;
         judge(&campaign, run, &ours, since_set_s + campaign.recorded_s()?)
     }
 }
 
-/// Whether the set on the board is the one that this campaign ended with.
+/// Whether the set on the board is the one that this campaign ended with; its identity.
 fn check_active(
     client: &mut Client,
     ours: &CoefficientSet,
     campaign: &Campaign,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<SetId> {
     let Some((active, encoded)) = client.read_set()? else {
         return Err(hexsense::wire::Refusal::NoSet.into());
     };
@@ -89,6 +93,24 @@ fn check_active(
             folder = campaign.folder.display()
         );
     }
+    Ok(active.id)
+}
+
+/// Compares the poses that the board found during the run with those of double precision, and reports.
+fn check_poses(
+    campaign: &Campaign,
+    run: &Run,
+    poses: &[PoseReport],
+    set: &CoefficientSet,
+    id: SetId,
+) -> anyhow::Result<()> {
+    let capture = campaign.capture(&run.name)?;
+    let difference = board_pose::compare(&capture, poses, set, id)
+        .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
+    println!(
+        "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {LIMIT:.0e}",
+        difference.poses, difference.largest_m, difference.scan, difference.largest_rad
+    );
     Ok(())
 }
 
@@ -174,7 +196,7 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexsense::store::TriadCoefficients;
+    use hexsense::store::{JackCoefficients, MotionBase, TriadCoefficients};
 
     #[test]
     fn a_value_that_is_off_by_its_last_bit_is_found() {
@@ -193,6 +215,12 @@ mod tests {
             temperature_c: 30.0,
             provenance: [2; 32],
             triads: [triad; 3],
+            base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
+            jacks: JackCoefficients {
+                zero_length_m: 2.75,
+                zero_counts: [32_768.0; 6],
+                metres_per_count: [2e-5; 6],
+            },
         };
         let counts = vec![[30_001; 15], [40_000; 15]];
         let calibrator = Calibrator::new(&set);

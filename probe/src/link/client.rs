@@ -6,7 +6,9 @@ use hexsense::harmonics::ChannelSums;
 use hexsense::store::MAX_ENCODED;
 use hexsense::wire::message::ActiveSet;
 use hexsense::wire::telemetry::Block;
-use hexsense::wire::{Drive, HarmonicState, Identity, Request, Response, Status, StreamContent};
+use hexsense::wire::{
+    Drive, HarmonicState, Identity, PoseReport, Request, Response, Status, StreamContent,
+};
 
 use super::conversation::{Conversation, answer_error};
 use super::{LinkError, Transport, transport};
@@ -75,7 +77,20 @@ impl Client {
         self.conversation.block(timeout)
     }
 
-    /// Forgets the blocks that wait.
+    /// The next pose, waiting at most for `timeout`.
+    ///
+    /// # Errors
+    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
+        self.conversation.pose(timeout)
+    }
+
+    /// The poses that came beside the blocks and were not taken yet.
+    pub fn take_poses(&mut self) -> Vec<PoseReport> {
+        self.conversation.take_poses()
+    }
+
+    /// Forgets the blocks and poses that wait.
     pub fn forget_blocks(&mut self) {
         self.conversation.forget_blocks();
     }

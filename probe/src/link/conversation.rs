@@ -11,7 +11,7 @@ use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
 use hexsense::wire::message::{decode_response, encode_request};
 use hexsense::wire::telemetry::{self, Block};
-use hexsense::wire::{Kind, MAX_FRAME, Refusal, Request, Response, VERSION};
+use hexsense::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VERSION, pose};
 
 use super::{LinkError, ProtocolError, Transport};
 
@@ -23,6 +23,8 @@ const ANSWER: Duration = Duration::from_millis(1_000);
 const BUSY_PAUSE: Duration = Duration::from_millis(20);
 /// Blocks that wait at most; older ones are dropped when nobody takes them.
 const MOST_BLOCKS: usize = 4_096;
+/// Poses that wait at most, older ones being dropped: more than four minutes of them.
+const MOST_POSES: usize = 16_384;
 
 /// A transport with everything that has come through it and was not taken yet.
 pub struct Conversation {
@@ -33,6 +35,7 @@ pub struct Conversation {
     greeting: Option<Greeting>,
     answers: VecDeque<(u16, Option<Response>)>,
     blocks: VecDeque<Block>,
+    poses: VecDeque<PoseReport>,
 }
 
 impl Conversation {
@@ -46,6 +49,7 @@ impl Conversation {
             greeting: None,
             answers: VecDeque::new(),
             blocks: VecDeque::new(),
+            poses: VecDeque::new(),
         }
     }
 
@@ -92,11 +96,27 @@ impl Conversation {
     /// # Errors
     /// [`ProtocolError::NoSamples`] when none comes, and what the line does.
     pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
+        self.wait_for(timeout, |waiting| waiting.blocks.pop_front())
+    }
+
+    /// The next pose, waiting at most for `timeout`.
+    ///
+    /// # Errors
+    /// [`ProtocolError::NoSamples`] when none comes, and what the line does.
+    pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
+        self.wait_for(timeout, |waiting| waiting.poses.pop_front())
+    }
+
+    fn wait_for<T>(
+        &mut self,
+        timeout: Duration,
+        take: impl Fn(&mut Self) -> Option<T>,
+    ) -> Result<T, LinkError> {
         let start = self.transport.now();
         let deadline = start + timeout;
         loop {
-            if let Some(block) = self.blocks.pop_front() {
-                return Ok(block);
+            if let Some(taken) = take(self) {
+                return Ok(taken);
             }
             if self.transport.now() >= deadline {
                 let port = self.transport.port().to_owned();
@@ -110,9 +130,15 @@ impl Conversation {
         }
     }
 
-    /// Forgets the blocks that wait.
+    /// Forgets the blocks and poses that wait.
     pub fn forget_blocks(&mut self) {
         self.blocks.clear();
+        self.poses.clear();
+    }
+
+    /// The poses that wait.
+    pub fn take_poses(&mut self) -> Vec<PoseReport> {
+        self.poses.drain(..).collect()
     }
 
     /// Asks for something that is answered by [`Response::Done`].
@@ -213,12 +239,15 @@ impl Conversation {
                 Some((Kind::Block, frame)) => {
                     self.blocks.extend(telemetry::decode(frame.payload));
                 }
+                Some((Kind::Pose, frame)) => self.poses.extend(pose::decode(frame.payload)),
                 // What is damaged is asked for again, or is a gap in the scan counters.
                 Some((Kind::Hello | Kind::Request, _)) | None => {}
             }
         }
         let excess = self.blocks.len().saturating_sub(MOST_BLOCKS);
         self.blocks.drain(..excess);
+        let excess = self.poses.len().saturating_sub(MOST_POSES);
+        self.poses.drain(..excess);
         Ok(())
     }
 

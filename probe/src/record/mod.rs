@@ -53,7 +53,8 @@ const SUM_EARLY_S: f64 = 0.1;
 /// 2⁶⁴: one turn of the board's phase.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
 
-/// Records one run of the campaign into its folder. With `values` the board's calibrated values are recorded too.
+/// Records one run of the campaign into its folder. With `values` the board's calibrated values are recorded
+/// too, and its poses wait with the client ([`Client::take_poses`]).
 ///
 /// # Errors
 /// [`RecordError`]. The base has then been told to return home, and the folder holds no recording of this run.
@@ -102,6 +103,7 @@ impl Recording<'_> {
         self.client.stream(StreamContent {
             counts: true,
             values: self.values,
+            pose: self.values,
         })?;
         let mut tape = self.tape()?;
         let mut jacks = JackMeans::new(&self.campaign.geometry, &self.campaign.sensors);

@@ -111,6 +111,7 @@ mod tests {
             content: StreamContent {
                 counts: true,
                 values: false,
+                pose: false,
             },
         };
         Block {

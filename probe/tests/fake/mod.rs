@@ -5,10 +5,13 @@
 
 pub mod flash;
 pub mod line;
+pub mod set;
 pub mod source;
 
 use embassy_futures::block_on;
+use hexsense::channel::Scan;
 use hexsense::harmonics::{Analyser, ChannelSums};
+use hexsense::live_pose::{JackBlock, Tracker};
 use hexsense::sampling::{BLOCK, Calibrator};
 use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
 use hexsense::wire::frame::{self, Closed, Deframer};
@@ -16,7 +19,8 @@ use hexsense::wire::hello::Greeting;
 use hexsense::wire::message::{ActiveSet, CHUNK, ResetCause, decode_request, encode_response};
 use hexsense::wire::telemetry::{self, Header};
 use hexsense::wire::{
-    Drive, Identity, Kind, MAX_FRAME, Refusal, Request, Response, Status, StreamContent, VERSION,
+    BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
+    StreamContent, VERSION, pose,
 };
 
 use flash::Flash;
@@ -26,7 +30,7 @@ use source::Source;
 pub const RATE_HZ: u32 = 1_000;
 
 /// What goes wrong, counted in requests from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// Nothing.
     None,
@@ -44,6 +48,8 @@ pub enum Fault {
     WornFlash,
     /// The line is cut after so many blocks.
     CutAfterBlocks(u64),
+    /// The board's poses are off by so much along X, m.
+    PoseOff(f32),
 }
 
 /// The board.
@@ -61,6 +67,7 @@ pub struct FakeBoard {
     late: Vec<u8>,
     deframer: Deframer<MAX_FRAME>,
     active: Option<(ActiveSet, CoefficientSet, Vec<u8>)>,
+    tracker: Option<Tracker<f32>>,
     upload: Option<(u16, SetId, Vec<u8>)>,
     analyser: Analyser,
     stream: StreamContent,
@@ -84,6 +91,7 @@ impl FakeBoard {
             late: Vec::new(),
             deframer: Deframer::default(),
             active: None,
+            tracker: None,
             upload: None,
             analyser: Analyser::new(),
             stream: StreamContent::default(),
@@ -152,10 +160,21 @@ impl FakeBoard {
         self.analyser.update(&scans, first_scan);
         let silent = matches!(self.fault, Fault::SilentFrom(from) if self.requests >= from);
         let lost = self.lose_blocks.contains(&self.blocks);
-        if silent || lost || !(self.stream.counts || self.stream.values) {
+        if silent || lost {
             return None;
         }
         let supply = self.source.supply();
+        let mut frames = Vec::new();
+        if self.stream.has_blocks() {
+            frames.extend(self.block_frame(&scans, first_scan, supply));
+        }
+        if self.stream.pose {
+            frames.extend(self.pose_frame(&JackBlock::new(first_scan, supply, &scans)));
+        }
+        (!frames.is_empty()).then_some(frames)
+    }
+
+    fn block_frame(&self, scans: &[Scan; BLOCK], first_scan: u64, supply: f32) -> Vec<u8> {
         let values = match &self.active {
             Some((_, set, _)) => scans.map(|scan| Calibrator::new(set).apply(&scan, supply)),
             None => [[0.0; 9]; BLOCK],
@@ -170,8 +189,28 @@ impl FakeBoard {
             content: self.stream,
         };
         let mut buffer = [0; MAX_FRAME];
-        let length = telemetry::encode(&header, &scans, &values, self.blocks as u16, &mut buffer);
-        Some(buffer[..length.unwrap()].to_vec())
+        let length = telemetry::encode(&header, scans, &values, self.blocks as u16, &mut buffer);
+        buffer[..length.unwrap()].to_vec()
+    }
+
+    fn pose_frame(&mut self, jacks: &JackBlock) -> Vec<u8> {
+        let Some((active, ..)) = &self.active else {
+            return Vec::new();
+        };
+        let tracker = self.tracker.as_mut().expect("an active set has a tracker");
+        let mut outcome = tracker.next(jacks).map(Into::into).map_err(Into::into);
+        if let (Ok(pose), Fault::PoseOff(off_m)) = (&mut outcome, self.fault) {
+            let pose: &mut BoardPose = pose;
+            pose.position_m[0] += off_m;
+        }
+        let report = PoseReport {
+            first_scan: jacks.first_scan,
+            set: active.id,
+            outcome,
+        };
+        let mut buffer = [0; MAX_FRAME];
+        let length = pose::encode(&report, self.blocks as u16, &mut buffer).unwrap();
+        buffer[..length].to_vec()
     }
 
     fn answer(&mut self, payload: &[u8]) -> Option<Response> {
@@ -204,7 +243,9 @@ impl FakeBoard {
                 }));
             }
             Request::Status => return Ok(Response::Status(self.status())),
-            Request::Stream(content) if content.values && self.active.is_none() => {
+            Request::Stream(content)
+                if (content.values || content.pose) && self.active.is_none() =>
+            {
                 return Err(Refusal::NoSet);
             }
             Request::Stream(content) => self.stream = content,
@@ -271,6 +312,8 @@ impl FakeBoard {
             };
             (active, stored.set, encoded)
         });
+        let sets = self.active.as_ref().map(|(_, set, _)| set);
+        self.tracker = sets.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
     }
 
     fn harmonics(&self, channel: u8) -> Response {

@@ -1,0 +1,39 @@
+//! A coefficient set for the fake board.
+
+use hexsense::store::{
+    CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
+};
+use hexsense_probe::geometry_file::GeometryFile;
+
+/// A set in which mid-scale counts are a base at mid-stroke; `unix_s` makes sets differ.
+pub fn set(unix_s: u64) -> CoefficientSet {
+    let triad = TriadCoefficients {
+        offset: [32_768.0; 3],
+        matrix: [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]],
+        offset_uncertainty: [1.0; 3],
+        matrix_uncertainty: [[1e-7; 3]; 3],
+        delay_s: 0.002,
+    };
+    let geometry = GeometryFile::load("an-74tk-200").unwrap().geometry;
+    CoefficientSet {
+        board: *b"fake board 1",
+        geometry: "an-74tk-200".try_into().unwrap(),
+        geometry_hash: [1; 8],
+        unix_s,
+        temperature_c: 31.5,
+        provenance: [2; 32],
+        triads: [triad; 3],
+        base: MotionBase::new(&geometry),
+        jacks: JackCoefficients {
+            zero_length_m: geometry.mid_length_m() as f32,
+            zero_counts: [32_768.0; 6],
+            metres_per_count: [2e-5; 6],
+        },
+    }
+}
+
+/// Its bytes.
+pub fn encoded(set: &CoefficientSet) -> Vec<u8> {
+    let mut buffer = [0; MAX_ENCODED];
+    set.encode(&mut buffer).unwrap().to_vec()
+}

@@ -1,0 +1,73 @@
+//! The board's own pose, from its jack channels, while the stream carries it.
+//!
+//! The link hands over the jacks of each block that it has sent; the latest overwrites what was not taken. So the
+//! sample path does not know of poses, a board of which nobody wants the pose spends nothing on it, and a pose never
+//! comes before its block. This task runs in thread mode, below sample path and link, and solves a hundred times a
+//! second at most.
+//!
+//! A solve starts from the last pose. After a pause, in which the base may have moved, after a refusal and with another
+//! set it starts from home.
+
+use embassy_time::{Instant, Timer};
+use hexsense::live_pose::{JackBlock, Tracker};
+use hexsense::store::{BaseError, JackCoefficients, MotionBase, SetId};
+use hexsense::wire::{BoardPose, PoseRefusal, PoseReport};
+
+use super::exchange::Exchange;
+use super::timing::{POSE_PAUSE, POSE_PERIOD};
+
+/// The part of the active set that poses are found with.
+#[derive(Clone)]
+pub struct Base {
+    /// Which set it belongs to.
+    pub set: SetId,
+    /// The motion base.
+    pub base: MotionBase,
+    /// Its transducers.
+    pub jacks: JackCoefficients,
+}
+
+/// Finds poses for ever.
+#[embassy_executor::task]
+pub async fn find(exchange: &'static Exchange) -> ! {
+    let mut active: Option<(SetId, Result<Tracker<f32>, BaseError>)> = None;
+    let mut last = Instant::MIN;
+    loop {
+        let block = exchange.jacks.wait().await;
+        let now = Instant::now();
+        if let Some(Base { set, base, jacks }) = exchange.base.try_take() {
+            active = Some((set, Tracker::new(&base, &jacks)));
+        }
+        // Without a set nobody may ask for poses.
+        let Some((set, tracker)) = &mut active else {
+            continue;
+        };
+        let outcome = match tracker {
+            Ok(tracker) => {
+                if now.saturating_duration_since(last) > POSE_PAUSE {
+                    tracker.restart();
+                }
+                solve(tracker, &block)
+            }
+            Err(error) => Err(PoseRefusal::Base(*error)),
+        };
+        last = now;
+        exchange.pose.signal(PoseReport {
+            first_scan: block.first_scan,
+            set: *set,
+            outcome,
+        });
+        Timer::at(now + POSE_PERIOD).await;
+    }
+}
+
+/// One pose. Its instructions are counted on the virtual board by this symbol.
+// SAFETY: no other symbol of the program has this name.
+#[unsafe(export_name = "solve_pose")]
+#[inline(never)]
+fn solve(tracker: &mut Tracker<f32>, block: &JackBlock) -> Result<BoardPose, PoseRefusal> {
+    tracker
+        .next(block)
+        .map(BoardPose::from)
+        .map_err(PoseRefusal::from)
+}
