@@ -14,11 +14,16 @@ use nalgebra::{SMatrix, SVector};
 const LEAST_UNEXPLAINED: f64 = 1e-12;
 
 /// Normal equations of a fit with `P` unknowns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NormalEquations<const P: usize>(SharedEquations<P, 1>);
+
+/// Normal equations of `C` fits that have the same columns and weights and each its own values: the matrix, which is
+/// most of the work, is formed and inverted once.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NormalEquations<const P: usize> {
+pub struct SharedEquations<const P: usize, const C: usize> {
     gram: SMatrix<f64, P, P>,
-    moment: SVector<f64, P>,
-    square: f64,
+    moments: SMatrix<f64, P, C>,
+    squares: [f64; C],
     rows: u32,
 }
 
@@ -35,12 +40,12 @@ pub struct Solution<const P: usize> {
     pub degrees_of_freedom: u32,
 }
 
-impl<const P: usize> Default for NormalEquations<P> {
+impl<const P: usize, const C: usize> Default for SharedEquations<P, C> {
     fn default() -> Self {
         Self {
             gram: SMatrix::zeros(),
-            moment: SVector::zeros(),
-            square: 0.0,
+            moments: SMatrix::zeros(),
+            squares: [0.0; C],
             rows: 0,
         }
     }
@@ -49,36 +54,52 @@ impl<const P: usize> Default for NormalEquations<P> {
 impl<const P: usize> NormalEquations<P> {
     /// Adds the row `columns`·β = `value` with weight `weight` (1/variance; 1 for a plain fit).
     pub fn add(&mut self, columns: &SVector<f64, P>, value: f64, weight: f64) {
-        self.gram.ger(weight, columns, columns, 1.0);
-        self.moment.axpy(weight * value, columns, 1.0);
-        self.square += weight * value * value;
-        self.rows += 1;
+        self.0.add(columns, &[value], weight);
     }
 
     /// Solves for the unknowns; `None` when the rows do not determine them all.
     #[must_use]
     pub fn solve(&self) -> Option<Solution<P>> {
+        self.0.solve().map(|[solution]| solution)
+    }
+}
+
+impl<const P: usize, const C: usize> SharedEquations<P, C> {
+    /// Adds the row `columns`·β = `values[c]` to each fit c, with weight `weight` (1/variance; 1 for a plain fit).
+    pub fn add(&mut self, columns: &SVector<f64, P>, values: &[f64; C], weight: f64) {
+        self.gram.ger(weight, columns, columns, 1.0);
+        for (channel, value) in values.iter().enumerate() {
+            let mut moment = self.moments.column_mut(channel);
+            moment.axpy(weight * value, columns, 1.0);
+            self.squares[channel] += weight * value * value;
+        }
+        self.rows += 1;
+    }
+
+    /// Solves all fits; `None` when the rows do not determine all unknowns.
+    #[must_use]
+    pub fn solve(&self) -> Option<[Solution<P>; C]> {
         let cholesky = self.gram.cholesky()?;
         let pivots = cholesky.l_dirty().diagonal();
         let determined = pivots
             .iter()
             .zip(self.gram.diagonal().iter())
             .all(|(pivot, square)| pivot * pivot > LEAST_UNEXPLAINED * square);
-        if !determined {
-            return None;
-        }
         let cofactors = cholesky.inverse();
-        let unknowns = cofactors * self.moment;
-        if !unknowns.iter().all(|unknown| unknown.is_finite()) {
+        let unknowns = cofactors * self.moments;
+        if !determined || !unknowns.iter().all(|unknown| unknown.is_finite()) {
             return None;
         }
-        let residual_square = (self.square - unknowns.dot(&self.moment)).max(0.0);
         let degrees_of_freedom = self.rows.saturating_sub(P as u32);
-        Some(Solution {
-            unknowns,
-            cofactors,
-            residual_square,
-            degrees_of_freedom,
-        })
+        Some(core::array::from_fn(|channel| {
+            let unknowns: SVector<f64, P> = unknowns.column(channel).into();
+            let explained = unknowns.dot(&self.moments.column(channel));
+            Solution {
+                residual_square: (self.squares[channel] - explained).max(0.0),
+                unknowns,
+                cofactors,
+                degrees_of_freedom,
+            }
+        }))
     }
 }

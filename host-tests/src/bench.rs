@@ -19,17 +19,50 @@ use twin::board::COLUMNS;
 
 /// Scan rate, Hz.
 pub const RATE_HZ: u32 = 1_000;
-/// A controller starts a run at most so late, s.
-const LATEST_START_S: f64 = 10.0;
+/// Recorded after the end of a movement, s.
+const AFTER_S: f64 = 1.0;
 /// Time between the rows of a jack program, s.
 const PROGRAM_PERIOD_S: f64 = 0.002;
 const TEMPERATURE: usize = COLUMNS.len() - 2;
 const SUPPLY: usize = COLUMNS.len() - 1;
 
+/// A run of a plan, ready for the motion controller.
+pub struct Movement {
+    name: String,
+    program: Program,
+    /// What the jacks are told; nothing when the base rests.
+    jacks: Option<twin::Program>,
+    /// Recorded at rest at the end, s.
+    rest_s: f64,
+}
+
+impl Movement {
+    /// The movement of `program` on a base, or a rest of `rest_s`.
+    ///
+    /// # Panics
+    /// When the program has no rows: these are tests.
+    #[must_use]
+    pub fn new(name: &str, program: Program, rest_s: Option<f64>, base: &GeometryFile) -> Self {
+        let geometry = &base.geometry;
+        let jacks = rest_s.is_none().then(|| {
+            let last = (program.duration_s() / PROGRAM_PERIOD_S).ceil() as usize;
+            let times = (0..=last).map(|row| row as f64 * PROGRAM_PERIOD_S);
+            let rows = times.map(|time_s| displacements(geometry, &program.pose(geometry, time_s)));
+            twin::Program::new(PROGRAM_PERIOD_S, rows.collect())
+                .expect("a program with an even period")
+        });
+        Self {
+            name: name.to_owned(),
+            program,
+            jacks,
+            rest_s: rest_s.unwrap_or(AFTER_S),
+        }
+    }
+}
+
 /// A twin with a converter.
 pub struct Laboratory {
     bench: Bench,
-    base: GeometryFile,
     noise: ChaCha8Rng,
     /// The chunk being read and the one before: channels of a scan may lie on both sides of their border.
     rows: [Vec<f32>; 2],
@@ -51,7 +84,6 @@ impl Laboratory {
             .expect("a base at rest");
         Self {
             bench,
-            base: base.clone(),
             noise: ChaCha8Rng::seed_from_u64(seed),
             rows,
             chunk: 0,
@@ -59,43 +91,30 @@ impl Laboratory {
         }
     }
 
-    /// Records a run: tells the controller, and scans until it must be over.
-    pub fn record(&mut self, name: &str, program: &Program, at_least_s: f64) -> Run {
-        let duration_s = if program.signals.is_empty() {
-            at_least_s
-        } else {
-            self.start(name, program);
-            program.duration_s() + LATEST_START_S + 1.0
-        };
-        let scans = (duration_s * f64::from(RATE_HZ)) as usize;
+    /// Records a movement: tells the controller, and scans until it is over.
+    ///
+    /// # Panics
+    /// When the controller refuses it: these are tests.
+    pub fn record(&mut self, movement: &Movement) -> Run {
+        let Movement { name, program, .. } = movement;
         let mut capture = Capture::default();
-        for _ in 0..scans {
+        if let Some(jacks) = &movement.jacks {
+            self.bench
+                .run(name, jacks.clone())
+                .expect("a program inside the stroke");
+            while self.bench.is_busy() {
+                self.scan_once(&mut capture);
+            }
+        }
+        for _ in 0..(movement.rest_s * f64::from(RATE_HZ)) as usize {
             self.scan_once(&mut capture);
         }
         Run {
-            name: name.to_owned(),
+            name: name.clone(),
             program: program.clone(),
             capture,
             rate_hz: RATE_HZ,
         }
-    }
-
-    fn start(&mut self, name: &str, program: &Program) {
-        let geometry = &self.base.geometry;
-        let rows = (program.duration_s() / PROGRAM_PERIOD_S).ceil() as usize;
-        let rows = (0..=rows)
-            .map(|row| {
-                displacements(
-                    geometry,
-                    &program.pose(geometry, row as f64 * PROGRAM_PERIOD_S),
-                )
-            })
-            .collect();
-        let program =
-            twin::Program::new(PROGRAM_PERIOD_S, rows).expect("a program with an even period");
-        self.bench
-            .run(name, program)
-            .expect("a program inside the stroke");
     }
 
     fn scan_once(&mut self, capture: &mut Capture) {

@@ -204,6 +204,23 @@ impl TriadSheet {
         )
     }
 
+    /// Standard deviation of the delay of one sensor, s, all bandwidths B and dampings ζ within their ranges equally
+    /// likely: a second-order response lags by ζ/πB behind slow motion.
+    #[must_use]
+    pub fn delay_deviation_s(&self) -> f64 {
+        let ([slow, fast], [soft, hard]) = (self.bandwidth_hz, self.damping);
+        let inverse = if fast > slow {
+            (fast / slow).ln() / (fast - slow)
+        } else {
+            1.0 / slow
+        };
+        let (mean, square) = (
+            (soft + hard) / 2.0 * inverse,
+            (soft * soft + soft * hard + hard * hard) / 3.0 / (slow * fast),
+        );
+        (square - mean * mean).max(0.0).sqrt() / core::f64::consts::PI
+    }
+
     fn check(&self, file: &str, table: &str, supply_v: f64) -> Result<(), FileError> {
         let check = |key: &str, value: f64, low: f64, high: f64| {
             files::within(file, &format!("{table}.{key}"), value, low..=high).map(drop)

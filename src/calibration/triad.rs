@@ -75,8 +75,12 @@ pub struct TriadFit {
     pub sensitivity: Matrix3<f64>,
     /// M = S⁻¹, unit per count.
     pub matrix: Matrix3<f64>,
-    /// Delay of the sensors behind the jacks, s.
+    /// Delay of the sensors behind the jacks, s: Σ share·(delay of the sensor).
     pub delay_s: f64,
+    /// Share of each sensor in the delay: what the sine runs moved it, squared. They add up to one.
+    pub delay_shares: [f64; AXES],
+    /// Standard uncertainty of the delay by the sensors' noise, s.
+    pub delay_noise_s: f64,
     /// Covariance of each row of S by the sensors' noise and wandering, (counts per unit)².
     pub row_covariance: [Matrix3<f64>; AXES],
 }
@@ -114,10 +118,10 @@ pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<Tri
     let mut rows = fit_rows(holds, sines, noise, delay_s)?;
     // A wrong delay is partly taken up by the sensitivities, so that each round leaves a few per cent of it.
     for _ in 0..DELAY_ROUNDS {
-        let remaining = remaining_delay(sines, &sensitivity(&rows), delay_s);
-        delay_s += remaining;
+        let remaining = Lag::new(sines, &sensitivity(&rows), noise, delay_s);
+        delay_s += remaining.lag_s;
         rows = fit_rows(holds, sines, noise, delay_s)?;
-        if remaining.abs() < SETTLED_DELAY_S {
+        if remaining.lag_s.abs() < SETTLED_DELAY_S {
             break;
         }
     }
@@ -126,12 +130,15 @@ pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<Tri
         return Err(TriadError::Singular);
     }
     let matrix = sensitivity.try_inverse().ok_or(TriadError::Singular)?;
+    let lag = Lag::new(sines, &sensitivity, noise, delay_s);
     let row_covariance =
         core::array::from_fn(|sensor| row_covariance(sensor, &rows[sensor], holds, sines, noise));
     Ok(TriadFit {
         sensitivity,
         matrix,
         delay_s,
+        delay_shares: lag.shares,
+        delay_noise_s: lag.noise_s,
         row_covariance,
     })
 }
@@ -226,21 +233,40 @@ fn sine_weight(sine: &SineRun, sensor: usize, noise: &Noise) -> f64 {
     sine.length_s / (noise.density[sensor] * noise.density[sensor] + 2.0 * walk * walk)
 }
 
-/// Delay by which the sensors still lag behind the fitted sensitivity.
-fn remaining_delay(sines: &[SineRun], sensitivity: &Matrix3<f64>, delay_s: f64) -> f64 {
-    let (mut moment, mut weight) = (0.0, 0.0);
-    for sine in sines {
-        for sensor in 0..AXES {
-            let model: Complex<f64> = (0..AXES)
-                .map(|axis| sine.truth[axis] * sensitivity[(sensor, axis)])
-                .sum();
-            let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
-            // For a small angle, Im(model* · u)/|model|² is the phase by which u leads.
-            moment -= (model.conj() * undelayed).im * sine.omega;
-            weight += model.norm_sqr() * sine.omega * sine.omega;
+/// By how much the sensors still lag behind the fitted sensitivity.
+struct Lag {
+    lag_s: f64,
+    /// See [`TriadFit::delay_shares`].
+    shares: [f64; AXES],
+    /// Its standard uncertainty by the sensors' noise, s.
+    noise_s: f64,
+}
+
+impl Lag {
+    /// For a small angle, Im(model*·u)/|model|² is the phase by which u leads; its variance is that of one part of u,
+    /// over |model|². Phases over ω are averaged with the weights |model|²ω².
+    fn new(sines: &[SineRun], sensitivity: &Matrix3<f64>, noise: &Noise, delay_s: f64) -> Self {
+        let (mut moment, mut variance, mut weights) = (0.0, 0.0, [0.0; AXES]);
+        for sine in sines {
+            for sensor in 0..AXES {
+                let model: Complex<f64> = (0..AXES)
+                    .map(|axis| sine.truth[axis] * sensitivity[(sensor, axis)])
+                    .sum();
+                let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
+                moment -= (model.conj() * undelayed).im * sine.omega;
+                let square = model.norm_sqr() * sine.omega * sine.omega;
+                variance += square / sine_weight(sine, sensor, noise);
+                weights[sensor] += square;
+            }
+        }
+        let weight: f64 = weights.iter().sum();
+        let over = |value: f64| if weight > 0.0 { value / weight } else { 0.0 };
+        Self {
+            lag_s: over(moment),
+            shares: weights.map(over),
+            noise_s: over(libm::sqrt(variance)),
         }
     }
-    if weight > 0.0 { moment / weight } else { 0.0 }
 }
 
 /// G·V·Gᵀ, see the module's head.

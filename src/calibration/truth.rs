@@ -39,15 +39,33 @@ pub struct Site {
     pub gravity_m_s2: f64,
 }
 
-/// First harmonics of the truth in a sine run as complex amplitudes a − i·b of a·cos θ + b·sin θ.
+/// First and second harmonic of a vector as complex amplitudes a − i·b of a·cos kθ + b·sin kθ.
+pub type Overtones = [[Complex<f64>; AXES]; 2];
+
+/// The truth in a sine run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SineTruth {
-    /// Specific force at the sensor block, m/s².
-    pub specific_force: [Complex<f64>; AXES],
-    /// Angular acceleration, rad/s².
+    /// Specific force at O, m/s².
+    pub centre_force: Overtones,
+    /// What a lever arm of 1 m along each body axis adds to it, 1/s²: ω̇×e + ω×(ω×e).
+    pub arm_force: [Overtones; AXES],
+    /// First harmonic of the angular acceleration, rad/s².
     pub angular_acceleration: [Complex<f64>; AXES],
-    /// Angular rate, rad/s.
+    /// First harmonic of the angular rate, rad/s.
     pub angular_rate: [Complex<f64>; AXES],
+}
+
+impl SineTruth {
+    /// First and second harmonic of the specific force at a place of the body, m from O; m/s².
+    #[must_use]
+    pub fn specific_force(&self, lever_arm_m: &Vector3<f64>) -> Overtones {
+        core::array::from_fn(|k| {
+            core::array::from_fn(|axis| {
+                let arm = (0..AXES).map(|i| self.arm_force[i][k][axis] * lever_arm_m[i]);
+                self.centre_force[k][axis] + arm.sum::<Complex<f64>>()
+            })
+        })
+    }
 }
 
 /// Specific force of a body at rest in this pose, m/s² in body axes: +g along Y when level.
@@ -63,43 +81,50 @@ pub fn coordinates(pose: &Pose<f64>) -> [f64; 6] {
     [p.x, p.y, p.z, turn.x, turn.y, turn.z]
 }
 
-/// Truth of a sine run from the fits of the six [`coordinates`], driven at `omega` rad/s.
+/// Truth of a sine run from the fits of the six [`coordinates`], driven at `omega` rad/s under `gravity_m_s2`.
 #[must_use]
-pub fn sine_truth(fits: &[Harmonics; 6], omega: f64, site: &Site) -> SineTruth {
+pub fn sine_truth(fits: &[Harmonics; 6], omega: f64, gravity_m_s2: f64) -> SineTruth {
+    let circle = Circle::new();
     let (position, turn) = (
         Path::new([&fits[0], &fits[1], &fits[2]]),
         Path::new([&fits[3], &fits[4], &fits[5]]),
     );
-    let mut rate = Decomposition::default();
-    for theta in points() {
-        rate.add(
-            theta,
-            &(right_jacobian(&turn.at(theta)) * turn.derivative(theta, 1) * omega),
+    let mut rate = Path::default();
+    for point in 0..POINTS {
+        let turning = turn.derivative(&circle, point, 1) * omega;
+        rate.decompose(
+            &circle,
+            point,
+            &(right_jacobian(&turn.at(&circle, point)) * turning),
         );
     }
-    let rate = rate.finish();
-    let (mut force, mut acceleration) = (Decomposition::default(), Decomposition::default());
-    for theta in points() {
-        let (w, w_dot) = (rate.at(theta), rate.derivative(theta, 1) * omega);
+    let (mut force, mut acceleration) = (Path::default(), Path::default());
+    let mut arms: [Path; AXES] = Default::default();
+    for point in 0..POINTS {
+        let w = rate.at(&circle, point);
+        let w_dot = rate.derivative(&circle, point, 1) * omega;
         let inertial =
-            position.derivative(theta, 2) * (omega * omega) + Vector3::y() * site.gravity_m_s2;
-        let arm = site.lever_arm_m;
-        let felt = UnitQuaternion::from_scaled_axis(turn.at(theta))
-            .inverse_transform_vector(&inertial)
-            + w_dot.cross(&arm)
-            + w.cross(&w.cross(&arm));
-        force.add(theta, &felt);
-        acceleration.add(theta, &w_dot);
+            position.derivative(&circle, point, 2) * (omega * omega) + Vector3::y() * gravity_m_s2;
+        let attitude = UnitQuaternion::from_scaled_axis(turn.at(&circle, point));
+        let felt = attitude.inverse_transform_vector(&inertial);
+        force.decompose(&circle, point, &felt);
+        acceleration.decompose(&circle, point, &w_dot);
+        for (axis, arm) in arms.iter_mut().enumerate() {
+            let unit = Vector3::ith(axis, 1.0);
+            arm.decompose(
+                &circle,
+                point,
+                &(w_dot.cross(&unit) + w.cross(&w.cross(&unit))),
+            );
+        }
     }
+    let overtones = |path: &Path| [path.harmonic(0), path.harmonic(1)];
     SineTruth {
-        specific_force: force.finish().first(),
-        angular_acceleration: acceleration.finish().first(),
-        angular_rate: rate.first(),
+        centre_force: overtones(&force),
+        arm_force: arms.each_ref().map(overtones),
+        angular_acceleration: acceleration.harmonic(0),
+        angular_rate: rate.harmonic(0),
     }
-}
-
-fn points() -> impl Iterator<Item = f64> {
-    (0..POINTS).map(|point| TAU * point as f64 / POINTS as f64)
 }
 
 fn right_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
@@ -139,42 +164,53 @@ impl Path {
         }
     }
 
-    fn at(&self, theta: f64) -> Vector3<f64> {
-        self.mean + self.derivative(theta, 0)
+    fn at(&self, circle: &Circle, point: usize) -> Vector3<f64> {
+        self.mean + self.derivative(circle, point, 0)
     }
 
-    /// The `order`-th derivative of the harmonics with respect to the phase θ.
-    fn derivative(&self, theta: f64, order: i32) -> Vector3<f64> {
+    /// The `order`-th derivative of the harmonics with respect to the phase θ, at a point of the circle.
+    fn derivative(&self, circle: &Circle, point: usize, order: usize) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for k in 0..HARMONICS {
             let factor = (k + 1) as f64;
-            let (sine, cosine) = libm::sincos(factor * theta + f64::from(order) * TAU / 4.0);
-            sum += (self.cosine[k] * cosine + self.sine[k] * sine)
-                * libm::pow(factor, f64::from(order));
+            let (sine, cosine) = circle.sincos((k + 1) * point + order * POINTS / 4);
+            let size = (0..order).fold(1.0, |size, _| size * factor);
+            sum += (self.cosine[k] * cosine + self.sine[k] * sine) * size;
         }
         sum
     }
 
-    fn first(&self) -> [Complex<f64>; AXES] {
-        core::array::from_fn(|axis| Complex::new(self.cosine[0][axis], -self.sine[0][axis]))
-    }
-}
-
-/// Fourier decomposition of a vector known at all [`points`].
-#[derive(Debug, Default)]
-struct Decomposition(Path);
-
-impl Decomposition {
-    fn add(&mut self, theta: f64, value: &Vector3<f64>) {
-        self.0.mean += value / POINTS as f64;
+    /// Adds the value at a point to the decomposition of a vector known at all points.
+    fn decompose(&mut self, circle: &Circle, point: usize, value: &Vector3<f64>) {
+        const SHARE: f64 = 1.0 / POINTS as f64;
+        self.mean += value * SHARE;
         for k in 0..HARMONICS {
-            let (sine, cosine) = libm::sincos((k + 1) as f64 * theta);
-            self.0.cosine[k] += value * (2.0 * cosine / POINTS as f64);
-            self.0.sine[k] += value * (2.0 * sine / POINTS as f64);
+            let (sine, cosine) = circle.sincos((k + 1) * point);
+            self.cosine[k] += value * (2.0 * cosine * SHARE);
+            self.sine[k] += value * (2.0 * sine * SHARE);
         }
     }
 
-    fn finish(self) -> Path {
-        self.0
+    fn harmonic(&self, k: usize) -> [Complex<f64>; AXES] {
+        core::array::from_fn(|axis| Complex::new(self.cosine[k][axis], -self.sine[k][axis]))
+    }
+}
+
+/// Cosines of the points of one turn: all angles that occur are whole multiples of a point's.
+struct Circle([f64; POINTS]);
+
+impl Circle {
+    fn new() -> Self {
+        Self(core::array::from_fn(|point| {
+            libm::cos(TAU * point as f64 / POINTS as f64)
+        }))
+    }
+
+    /// Sine and cosine of `points` points of the circle.
+    fn sincos(&self, points: usize) -> (f64, f64) {
+        (
+            self.0[(points + 3 * POINTS / 4) % POINTS],
+            self.0[points % POINTS],
+        )
     }
 }

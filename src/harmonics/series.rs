@@ -9,73 +9,57 @@
 
 use nalgebra::SVector;
 
-use super::{HARMONICS, Harmonics, REGRESSORS};
-use crate::least_squares::NormalEquations;
+use super::{HARMONICS, Harmonic, Harmonics, REGRESSORS};
+use crate::least_squares::{NormalEquations, SharedEquations};
 
 /// Columns of the fit at phase `theta` (rad) and place `fraction` in the window (−½ to ½).
 fn regressors(theta: f64, fraction: f64) -> SVector<f64, REGRESSORS> {
     let mut row = SVector::zeros();
     row[0] = 1.0;
     row[1] = fraction;
-    for k in 0..HARMONICS {
-        (row[3 + 2 * k], row[2 + 2 * k]) = libm::sincos((k + 1) as f64 * theta);
+    let (sine, cosine) = libm::sincos(theta);
+    (row[2], row[3]) = (cosine, sine);
+    for k in 1..HARMONICS {
+        let (c, s) = (row[2 * k], row[1 + 2 * k]);
+        (row[2 + 2 * k], row[3 + 2 * k]) = (c * cosine - s * sine, s * cosine + c * sine);
     }
     row
 }
 
-/// A fit at `omega` rad per sample over a window of `length` samples; sample 0 has phase zero.
-#[derive(Debug, Clone)]
-pub struct Series {
-    omega: f64,
-    length: usize,
-    taken: usize,
-    equations: NormalEquations<REGRESSORS>,
-}
+/// The fit of one signal or of several that were sampled together.
+#[derive(Debug, Clone, Copy)]
+pub struct Series;
 
 impl Series {
-    /// Starts a fit over `length` samples at `omega` rad per sample; below π/5, so that the fifth harmonic is no alias.
-    #[must_use]
-    pub fn new(omega: f64, length: usize) -> Self {
-        Self {
-            omega,
-            length,
-            taken: 0,
-            equations: NormalEquations::default(),
-        }
-    }
-
-    /// Fits a whole slice; `None` when it is too short for the twelve unknowns or holds a number that is not finite.
+    /// Fits a slice at `omega` rad per sample, below π/5, so that the fifth harmonic is no alias; sample 0 has phase
+    /// zero. `None` when it is too short for the twelve unknowns or holds a number that is not finite.
     #[must_use]
     pub fn fit(omega: f64, values: &[f64]) -> Option<Harmonics> {
-        let mut series = Self::new(omega, values.len());
-        values.iter().for_each(|value| series.push(*value));
-        series.solve()
+        Self::fit_all(omega, values.iter().map(|value| [*value])).map(|[fit]| fit)
     }
 
-    /// Takes the next sample.
-    pub fn push(&mut self, value: f64) {
-        let (theta, fraction) = (
-            self.omega * self.taken as f64,
-            fraction(self.taken, self.length),
-        );
-        self.equations.add(&regressors(theta, fraction), value, 1.0);
-        self.taken += 1;
-    }
-
-    /// The harmonics; `None` when the samples do not determine them.
+    /// Fits `C` signals sampled at the same instants, one item of `samples` for each instant; otherwise as
+    /// [`Series::fit`].
     #[must_use]
-    pub fn solve(&self) -> Option<Harmonics> {
-        let solution = self
-            .equations
-            .solve()
-            .filter(|solution| solution.degrees_of_freedom > 0)?;
-        let variance = solution.residual_square / f64::from(solution.degrees_of_freedom);
-        let rms = libm::sqrt(solution.residual_square / self.taken as f64);
-        Some(Harmonics::from_fit(
-            &solution.unknowns,
-            &(solution.cofactors * variance),
-            rms,
-        ))
+    pub fn fit_all<const C: usize>(
+        omega: f64,
+        samples: impl ExactSizeIterator<Item = [f64; C]>,
+    ) -> Option<[Harmonics; C]> {
+        let length = samples.len();
+        let mut equations = SharedEquations::<REGRESSORS, C>::default();
+        for (n, values) in samples.enumerate() {
+            let row = regressors(omega * n as f64, fraction(n, length));
+            equations.add(&row, &values, 1.0);
+        }
+        let solutions = equations.solve()?;
+        if solutions[0].degrees_of_freedom == 0 {
+            return None;
+        }
+        Some(solutions.map(|solution| {
+            let variance = solution.residual_square / f64::from(solution.degrees_of_freedom);
+            let rms = libm::sqrt(solution.residual_square / length as f64);
+            Harmonics::from_fit(&solution.unknowns, &(solution.cofactors * variance), rms)
+        }))
     }
 }
 
@@ -91,8 +75,8 @@ fn fraction(sample: usize, length: usize) -> f64 {
 pub fn fit_frequency(values: &[f64], start: f64) -> Option<f64> {
     const STEPS: usize = 12;
     let mut omega = start;
+    let mut first = Series::fit(omega, values)?.first();
     for _ in 0..STEPS {
-        let first = Series::fit(omega, values)?.first();
         let mut equations = NormalEquations::<{ REGRESSORS + 1 }>::default();
         for (n, value) in values.iter().enumerate() {
             let fraction = fraction(n, values.len());
@@ -103,7 +87,8 @@ pub fn fit_frequency(values: &[f64], start: f64) -> Option<f64> {
             row[REGRESSORS] = fraction * (first.sine * base[2] - first.cosine * base[3]);
             equations.add(&row, *value, 1.0);
         }
-        let step = equations.solve()?.unknowns[REGRESSORS] / values.len() as f64;
+        let unknowns = equations.solve()?.unknowns;
+        let step = unknowns[REGRESSORS] / values.len() as f64;
         omega += step;
         if !((0.8 * start)..=(1.2 * start)).contains(&omega) {
             return None;
@@ -111,6 +96,10 @@ pub fn fit_frequency(values: &[f64], start: f64) -> Option<f64> {
         if step.abs() < 1e-10 * omega {
             return Some(omega);
         }
+        first = Harmonic {
+            cosine: unknowns[2],
+            sine: unknowns[3],
+        };
     }
     None
 }

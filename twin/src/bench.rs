@@ -10,7 +10,7 @@ use crate::board::{BoardTruth, COLUMNS, Surroundings};
 use crate::controller::{Controller, Refusal};
 use crate::geometry::{Geometry, GeometryError};
 use crate::jack::{JackMotion, Jacks};
-use crate::mechanism::{Mechanism, MechanismError, Pose, Twist};
+use crate::mechanism::{Linearised, Mechanism, MechanismError, Pose, Twist};
 use crate::motion::{Felt, Motion};
 use crate::program::Program;
 use crate::random::Stream;
@@ -55,8 +55,9 @@ pub struct Bench {
     board: BoardTruth,
     surroundings: Surroundings,
     mid_length_m: f64,
-    /// True hinges.
+    /// True hinges, and the mechanism at the last pose.
     mechanism: Mechanism,
+    linearised: Linearised,
     lever_arm_m: Vec3,
     controller: Controller,
     jacks: Jacks,
@@ -87,12 +88,14 @@ impl Bench {
         let mechanism = true_mechanism(seed, geometry);
         let lever_arm_m = truth::lever_arm_m(seed);
         let home_m = geometry.home_displacements_m();
+        let at_start = |source| BenchError::Mechanism {
+            time_s: 0.0,
+            source,
+        };
         let pose = mechanism
             .solve_pose(&geometry.nominal.lengths(&geometry.home), geometry.home)
-            .map_err(|source| BenchError::Mechanism {
-                time_s: 0.0,
-                source,
-            })?;
+            .map_err(at_start)?;
+        let linearised = mechanism.linearised(&pose).map_err(at_start)?;
         let felt = Felt::at(&pose, &AT_REST, &AT_REST, lever_arm_m);
         let at_rest = felt.triads();
         let mut bench = Self {
@@ -101,6 +104,7 @@ impl Bench {
             mid_length_m: geometry.mid_length_m(),
             vibration: Vibration::draw(seed, &mechanism, &pose, lever_arm_m),
             mechanism,
+            linearised,
             lever_arm_m,
             controller: Controller::draw(seed, geometry),
             jacks: Jacks::draw(seed, home_m),
@@ -153,6 +157,12 @@ impl Bench {
         self.controller.run(name, program, self.time_s())
     }
 
+    /// Whether a run, or the time until it starts, is not over yet.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        self.controller.occupation(self.time_s()).is_some()
+    }
+
     /// Stops the base; it returns home.
     pub fn stop(&mut self) {
         self.controller.stop(self.time_s());
@@ -202,14 +212,16 @@ impl Bench {
     /// Finds the motion of the platform from that of the jacks.
     fn follow_jacks(&mut self) -> Result<(), MechanismError> {
         let time_s = self.time_s();
-        let servos = self.jacks.motion(&self.controller, time_s);
+        let servos = self.jacks.motion();
         let jacks = self.vibration.added_to(&servos, time_s);
         let lengths = jacks.displacement_m.map(|x| self.mid_length_m + x);
-        let pose = self.mechanism.solve_pose(&lengths, self.expected_pose())?;
-        let linearised = self.mechanism.linearised(&pose)?;
+        let (pose, linearised) =
+            self.mechanism
+                .follow(&lengths, self.expected_pose(), &self.linearised)?;
         let velocity = linearised.velocity(&jacks.speed_m_s);
         let acceleration =
             linearised.acceleration(&velocity, &jacks.speed_m_s, &jacks.acceleration_m_s2);
+        self.linearised = linearised;
         self.motion = Motion {
             time_s: (self.step - self.connected_at) as f64 * STEP_S,
             jacks,

@@ -221,7 +221,7 @@ impl Controller {
     }
 
     /// What keeps the base busy at `now_s`.
-    fn occupation(&self, now_s: f64) -> Option<String> {
+    pub(crate) fn occupation(&self, now_s: f64) -> Option<String> {
         match self.courses.back() {
             Some((
                 _,

@@ -26,8 +26,6 @@ pub const DELAY_S: [f64; 2] = [0.005, 0.020];
 const FRICTION_M_S2: [f64; 2] = [0.02, 0.10];
 /// Speed below which friction gives way to creep, m/s.
 const CREEP_M_S: f64 = 0.002;
-/// Runge-Kutta steps in one step of the twin.
-const SUBSTEPS: usize = 2;
 /// How different the six are: jack by jack, part of the width of the range of a quantity, to either side.
 const JACK_SPREAD: f64 = 0.05;
 
@@ -58,6 +56,8 @@ pub struct Jacks {
     servos: [Servo; 6],
     displacement_m: [f64; 6],
     speed_m_s: [f64; 6],
+    /// What each servo, late as it is, is told at this moment, m.
+    command_m: [f64; 6],
 }
 
 impl Jacks {
@@ -80,36 +80,31 @@ impl Jacks {
             }),
             displacement_m,
             speed_m_s: [0.0; 6],
+            command_m: displacement_m,
         }
     }
 
     /// Moves the jacks from `time_s` on for `step_s`.
     pub fn advance(&mut self, controller: &Controller, time_s: f64, step_s: f64) {
-        let h = step_s / SUBSTEPS as f64;
         for (k, servo) in self.servos.iter().enumerate() {
-            let (mut x, mut v) = (self.displacement_m[k], self.speed_m_s[k]);
-            let command = |time_s: f64| controller.command_m(k, time_s - servo.delay_s);
-            let mut u_from = command(time_s);
-            for substep in 0..SUBSTEPS {
-                let from_s = time_s + substep as f64 * h;
-                let (u_mid, u_to) = (command(from_s + 0.5 * h), command(from_s + h));
-                (x, v) = servo.runge_kutta((x, v), [u_from, u_mid, u_to], h);
-                u_from = u_to;
-            }
-            (self.displacement_m[k], self.speed_m_s[k]) = (x, v);
+            let told = |ahead_s: f64| controller.command_m(k, time_s + ahead_s - servo.delay_s);
+            let command = [self.command_m[k], told(0.5 * step_s), told(step_s)];
+            let from = (self.displacement_m[k], self.speed_m_s[k]);
+            let to = servo.runge_kutta(from, command, step_s);
+            (self.displacement_m[k], self.speed_m_s[k]) = to;
+            self.command_m[k] = command[2];
         }
     }
 
-    /// How the jacks move at `time_s`, the end of the last step.
+    /// How the jacks move at the end of the last step.
     #[must_use]
-    pub fn motion(&self, controller: &Controller, time_s: f64) -> JackMotion {
+    pub fn motion(&self) -> JackMotion {
         JackMotion {
             displacement_m: self.displacement_m,
             speed_m_s: self.speed_m_s,
             acceleration_m_s2: std::array::from_fn(|k| {
-                let servo = &self.servos[k];
-                let command = controller.command_m(k, time_s - servo.delay_s);
-                servo.acceleration(self.displacement_m[k], self.speed_m_s[k], command)
+                let (x, v) = (self.displacement_m[k], self.speed_m_s[k]);
+                self.servos[k].acceleration(x, v, self.command_m[k])
             }),
         }
     }

@@ -24,6 +24,8 @@ use crate::algebra::{Factors, Rotation, Vec3};
 
 /// How closely the lengths of a solved pose must meet the jacks, m.
 pub const CLOSURE_M: f64 = 1e-12;
+/// Steps of the chord method before Newton's takes over.
+const CHORD_STEPS: usize = 3;
 /// Newton's method doubles the number of right digits in each step; more steps than this mean that it is lost.
 const NEWTON_STEPS: usize = 50;
 
@@ -150,14 +152,37 @@ impl Mechanism {
         })
     }
 
+    /// The pose whose jacks have these lengths (m), a moment after the one that `near` was made for, and the mechanism
+    /// linearised there. A chord method: the Jacobian of the moment before hardly differs, so that the factors of the
+    /// new one, which its motions need, are the only ones computed.
+    ///
+    /// # Errors
+    /// [`MechanismError`] at a singular pose, or when the lengths are not met.
+    pub fn follow(
+        &self,
+        lengths: &[f64; 6],
+        start: Pose,
+        near: &Linearised,
+    ) -> Result<(Pose, Linearised), MechanismError> {
+        let mut pose = start;
+        for _ in 0..CHORD_STEPS {
+            let legs = self.legs(&pose);
+            let missing: [f64; 6] = std::array::from_fn(|k| lengths[k] - legs[k].length);
+            if missing.iter().all(|m| m.abs() <= CLOSURE_M) {
+                return Ok((pose, Linearised::new(legs)?));
+            }
+            pose = pose.moved(Twist::from_array(near.jacobian.solve(missing)));
+        }
+        let pose = self.solve_pose(lengths, pose)?;
+        Ok((pose, self.linearised(&pose)?))
+    }
+
     /// Prepares to solve for motions at a pose.
     ///
     /// # Errors
     /// [`MechanismError::Singular`].
     pub fn linearised(&self, pose: &Pose) -> Result<Linearised, MechanismError> {
-        let legs = self.legs(pose);
-        let jacobian = Factors::new(legs.map(|leg| leg.row())).ok_or(MechanismError::Singular)?;
-        Ok(Linearised { legs, jacobian })
+        Linearised::new(self.legs(pose))
     }
 
     fn legs(&self, pose: &Pose) -> [Leg; 6] {
@@ -184,6 +209,11 @@ impl Leg {
 }
 
 impl Linearised {
+    fn new(legs: [Leg; 6]) -> Result<Self, MechanismError> {
+        let jacobian = Factors::new(legs.map(|leg| leg.row())).ok_or(MechanismError::Singular)?;
+        Ok(Self { legs, jacobian })
+    }
+
     /// Velocity of the platform from the speeds of the jacks (m/s).
     #[must_use]
     pub fn velocity(&self, rates: &[f64; 6]) -> Twist {

@@ -61,6 +61,16 @@ impl TriadTruth {
     }
 }
 
+/// What the sensors of a triad lag behind slow motion, on average, s: 2ζ/Ω of a second-order response.
+#[must_use]
+pub fn mean_delay_s(seed: u64, sheet: &TriadSheet) -> f64 {
+    let delays = [0, 1, 2].map(|axis| {
+        let sensor = SensorTruth::draw(seed, sheet, axis);
+        2.0 * sensor.damping / (std::f64::consts::TAU * sensor.bandwidth_hz)
+    });
+    delays.iter().sum::<f64>() / 3.0
+}
+
 /// The document that `twin truth --json` prints.
 #[derive(Debug, Serialize)]
 pub struct Document {

@@ -46,11 +46,10 @@ fn a_series_scatters_by_the_bound_and_says_so() {
             let mut random = ChaCha8Rng::seed_from_u64(7);
             let fits: Vec<_> = (0..TRIALS)
                 .map(|_| {
-                    let mut series = Series::new(omega, length);
-                    for n in 0..length {
-                        series.push((omega * n as f64 - phase).cos() + noise * normal(&mut random));
-                    }
-                    series.solve().unwrap()
+                    let values: Vec<f64> = (0..length)
+                        .map(|n| (omega * n as f64 - phase).cos() + noise * normal(&mut random))
+                        .collect();
+                    Series::fit(omega, &values).unwrap()
                 })
                 .collect();
             let (observed, stated) = variances(&fits);

@@ -24,6 +24,8 @@ pub struct Budgets {
     pub rest: [[Budget; 3]; 3],
     /// Lever arm, m.
     pub lever_arm: [Budget; 3],
+    /// Delay of each triad as the mean of its three sensors, s.
+    pub delay: [Budget; 3],
 }
 
 impl Budgets {
@@ -42,11 +44,11 @@ impl Budgets {
         for doubt in belief.doubts(base, sensors) {
             let changed = condensed.estimate(&doubt.belief)?;
             budgets.add_change(&doubt, estimate, &changed);
-            budgets.add_rest_change(&doubt, condensed, belief)?;
         }
         for triad in Triad::ALL {
             budgets.add_noise(triad, condensed, estimate, belief);
             budgets.add_bandwidth(triad, condensed, estimate, sensors);
+            budgets.add_delay(triad, estimate, sensors);
         }
         Ok(budgets)
     }
@@ -57,7 +59,15 @@ impl Budgets {
             .iter_mut()
             .zip(moved.iter())
             .for_each(|(budget, change)| budget.add(doubt.cause, doubt.shape, *change));
+        // The value at rest at home is the specific force that was believed there, whatever the gain.
+        let home = changed.home - estimate.home;
+        self.rest[Triad::LinearAcceleration.index()]
+            .iter_mut()
+            .zip(home.iter())
+            .for_each(|(budget, change)| budget.add(doubt.cause, doubt.shape, *change));
         for triad in 0..3 {
+            let later_s = changed.fits[triad].delay_s - estimate.fits[triad].delay_s;
+            self.delay[triad].add(doubt.cause, doubt.shape, later_s);
             let matrix = changed.fits[triad].matrix - estimate.fits[triad].matrix;
             let offset = changed.offsets[triad] - estimate.offsets[triad];
             for axis in 0..3 {
@@ -71,24 +81,6 @@ impl Budgets {
                 }
             }
         }
-    }
-
-    /// The value at rest at home is the specific force that was believed there, whatever the gain.
-    fn add_rest_change(
-        &mut self,
-        doubt: &Doubt,
-        condensed: &Condensed,
-        belief: &Belief,
-    ) -> Result<(), AnalysisError> {
-        let change = condensed.home_force(&doubt.belief)? - condensed.home_force(belief)?;
-        for axis in 0..3 {
-            self.rest[Triad::LinearAcceleration.index()][axis].add(
-                doubt.cause,
-                doubt.shape,
-                change[axis],
-            );
-        }
-        Ok(())
     }
 
     fn add_noise(
@@ -124,6 +116,18 @@ impl Budgets {
                     deviations[(axis, column)],
                 );
             }
+        }
+    }
+
+    /// The sine runs do not move the three sensors alike, so the delay found is not quite the mean of theirs; how far
+    /// it may be off follows from the range of delays that the data sheet allows.
+    fn add_delay(&mut self, triad: Triad, estimate: &Estimate, sensors: &SensorFile) {
+        let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
+        self.delay[index].add(Cause::SensorNoise, Shape::Normal, fit.delay_noise_s);
+        let deviation_s = sensors.triad(triad).delay_deviation_s();
+        for share in fit.delay_shares {
+            let excess = share - 1.0 / 3.0;
+            self.delay[index].add(Cause::Bandwidth, Shape::Uniform, excess * deviation_s);
         }
     }
 

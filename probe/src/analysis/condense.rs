@@ -287,10 +287,10 @@ pub fn sweep(
     };
     let per_scan = fit_frequency(&series(INERTIAL + jack), TAU * sine.frequency_hz / rate)
         .ok_or_else(|| no_sine(INERTIAL + jack))?;
-    let fits = (0..INERTIAL)
-        .map(|channel| Series::fit(per_scan, &series(channel)).ok_or_else(|| no_sine(channel)));
-    let fits: Vec<Harmonics> = fits.collect::<Result<_, _>>()?;
-    let sensors = fits.try_into().map_err(|_| no_sine(0))?;
+    let scans = counts.channels[range.clone()].iter();
+    let inertial =
+        scans.map(|scan| core::array::from_fn::<_, INERTIAL, _>(|channel| scan[channel]));
+    let sensors = Series::fit_all(per_scan, inertial).ok_or_else(|| no_sine(0))?;
     let group = (run.rate_hz / JACK_RATE_HZ) as usize;
     let jacks = counts.channels[range.clone()]
         .chunks_exact(group)

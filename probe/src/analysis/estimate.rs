@@ -1,7 +1,7 @@
 //! Offsets, matrices and delays from condensed runs under a belief.
 
 use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
-use hexsense::calibration::truth::{self, SineTruth, Site, coordinates, specific_force_at_rest};
+use hexsense::calibration::truth::{SineTruth, coordinates, sine_truth, specific_force_at_rest};
 use hexsense::channel::{CHANNELS, INERTIAL, JACKS, Triad};
 use hexsense::harmonics::{Harmonic, Harmonics, Series};
 use hexsense::kinematics::forward::{Options, Solver};
@@ -38,6 +38,8 @@ pub struct Estimate {
     pub fits: [TriadFit; 3],
     /// Counts at zero input of each triad.
     pub offsets: [Vector3<f64>; 3],
+    /// Specific force at home, m/s².
+    pub home: Vector3<f64>,
     /// Place of the sensor block from O in body axes as the accelerometers feel it in the turns, m.
     pub lever_arm_m: Vector3<f64>,
 }
@@ -102,89 +104,84 @@ impl Condensed {
     /// # Errors
     /// [`AnalysisError::Pose`], [`AnalysisError::Triad`] and [`AnalysisError::Tolerance`].
     pub fn estimate(&self, belief: &Belief) -> Result<Estimate, AnalysisError> {
-        let home = self.home_force(belief)?;
-        let heave = SweepTruth::new(&self.heave, self.rate_hz, belief)?;
-        let turns: Vec<SweepTruth> = self
+        let home = rest_truth(belief, &self.zero, "zero")?;
+        let heave = self.truth(&self.heave, belief)?;
+        let turns: Vec<SineTruth> = self
             .turns
             .iter()
-            .map(|sweep| SweepTruth::new(sweep, self.rate_hz, belief))
+            .map(|sweep| self.truth(sweep, belief))
             .collect::<Result<_, _>>()?;
-        let sine_runs = |triad: Triad, part: fn(&SineTruth) -> [Complex<f64>; 3]| -> Vec<SineRun> {
+        let arm = &belief.site.lever_arm_m;
+        let lifted = heave.specific_force(arm)[0];
+        let turned = |triad: Triad, part: fn(&SineTruth) -> [Complex<f64>; 3]| -> Vec<SineRun> {
             let runs = self.turns.iter().zip(&turns);
-            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(&truth.at(belief.site)), belief))
+            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(truth), belief))
                 .collect()
         };
-        let runs = [
-            vec![sine_run(
+        let linear = self.fit(
+            Triad::LinearAcceleration,
+            &self.holds(belief)?,
+            &[sine_run(
                 &self.heave,
                 Triad::LinearAcceleration,
-                heave.at(belief.site).specific_force,
+                lifted,
                 belief,
             )],
-            sine_runs(Triad::AngularAcceleration, |truth| {
-                truth.angular_acceleration
-            }),
-            sine_runs(Triad::AngularRate, |truth| truth.angular_rate),
+        )?;
+        let angular = turned(Triad::AngularAcceleration, |truth| {
+            truth.angular_acceleration
+        });
+        let rate = turned(Triad::AngularRate, |truth| truth.angular_rate);
+        let fits = [
+            linear,
+            self.fit(Triad::AngularAcceleration, &[], &angular)?,
+            self.fit(Triad::AngularRate, &[], &rate)?,
         ];
-        let mut fits = Vec::new();
-        let mut offsets = [Vector3::zeros(); 3];
-        for triad in Triad::ALL {
-            let feels_gravity = triad == Triad::LinearAcceleration;
-            let holds = if feels_gravity {
-                self.holds(belief)?
-            } else {
-                Vec::new()
-            };
-            let fit = fit_triad(&holds, &runs[triad.index()], &self.noise[triad.index()])
-                .map_err(|source| AnalysisError::Triad { triad, source })?;
-            let truth = if feels_gravity {
-                home
-            } else {
-                Vector3::zeros()
-            };
-            offsets[triad.index()] =
-                fit.offset(&triad_counts(&self.zero.counts, triad, belief), &truth);
-            fits.push(fit);
-        }
-        let [a, e, w] = <[TriadFit; 3]>::try_from(fits)
-            .unwrap_or_else(|_| unreachable!("one fit for each triad"));
-        let lever_arm_m = self.lever_arm_m(&turns, &a, belief)?;
+        let at_rest = [home, Vector3::zeros(), Vector3::zeros()];
+        let offsets = Triad::ALL.map(|triad| {
+            let counts = triad_counts(&self.zero.counts, triad, belief);
+            fits[triad.index()].offset(&counts, &at_rest[triad.index()])
+        });
+        let lever_arm_m = self.lever_arm_m(&turns, &fits[0], belief)?;
         Ok(Estimate {
-            fits: [a, e, w],
+            fits,
             offsets,
+            home,
             lever_arm_m,
         })
     }
 
-    /// Lever arm from what the accelerometers feel in the turns. Specific force is linear in the lever arm r:
-    /// f(r) = f(0) + Σ r_i·(f(e_i) − f(0)).
+    fn truth(&self, sweep: &Sweep, belief: &Belief) -> Result<SineTruth, AnalysisError> {
+        let fits = pose_harmonics(sweep, self.rate_hz, belief)?;
+        let omega = sweep.omega / belief.clock;
+        Ok(sine_truth(&fits, omega, belief.site.gravity_m_s2))
+    }
+
+    fn fit(
+        &self,
+        triad: Triad,
+        holds: &[Hold],
+        sines: &[SineRun],
+    ) -> Result<TriadFit, AnalysisError> {
+        fit_triad(holds, sines, &self.noise[triad.index()])
+            .map_err(|source| AnalysisError::Triad { triad, source })
+    }
+
+    /// Lever arm from what the accelerometers feel in the turns: specific force is linear in it.
     fn lever_arm_m(
         &self,
-        turns: &[SweepTruth],
+        turns: &[SineTruth],
         fit: &TriadFit,
         belief: &Belief,
     ) -> Result<Vector3<f64>, AnalysisError> {
         let mut equations = NormalEquations::<3>::default();
         for (sweep, truth) in self.turns.iter().zip(turns) {
-            let at = |lever_arm_m| {
-                truth
-                    .at(Site {
-                        lever_arm_m,
-                        ..belief.site
-                    })
-                    .specific_force
-            };
-            let centre = at(Vector3::zeros());
-            let along = [Vector3::x(), Vector3::y(), Vector3::z()].map(at);
-            let counts = sine_run(sweep, Triad::LinearAcceleration, centre, belief).counts;
-            let undelayed = counts.map(|count| count * Complex::cis(sweep.omega * fit.delay_s));
+            let felt = felt(sweep, fit, belief, 1);
             for axis in 0..3 {
-                let felt: Complex<f64> = (0..3)
-                    .map(|sensor| undelayed[sensor] * fit.matrix[(axis, sensor)])
-                    .sum();
                 for part in [|c: Complex<f64>| c.re, |c: Complex<f64>| c.im] {
-                    let columns = Vector3::from(along.map(|f| part(f[axis] - centre[axis])));
-                    equations.add(&columns, part(felt - centre[axis]), 1.0);
+                    let columns = Vector3::from_fn(|i, _| part(truth.arm_force[i][0][axis]));
+                    let beyond = felt[axis] - truth.centre_force[0][axis];
+                    equations.add(&columns, part(beyond), 1.0);
                 }
             }
         }
@@ -192,14 +189,6 @@ impl Condensed {
             run: "roll, yaw or pitch sine",
         })?;
         Ok(solution.unknowns)
-    }
-
-    /// Specific force at home under a belief, m/s².
-    ///
-    /// # Errors
-    /// [`AnalysisError::Pose`] and [`AnalysisError::Tolerance`].
-    pub fn home_force(&self, belief: &Belief) -> Result<Vector3<f64>, AnalysisError> {
-        rest_truth(belief, &self.zero, "zero")
     }
 
     /// Means and true specific forces of all holds.
@@ -250,24 +239,20 @@ pub fn pose_harmonics(
     let group = sweep.group as f64;
     let per_group = sweep.omega * period_s * group;
     let mut poses = Poses::new(belief, &sweep.name)?;
-    let mut series: [Series; 6] =
-        core::array::from_fn(|_| Series::new(per_group, sweep.jacks.len()));
-    for counts in &sweep.jacks {
-        let coordinates = coordinates(&poses.next(counts)?);
-        series
-            .iter_mut()
-            .zip(coordinates)
-            .for_each(|(series, value)| series.push(value));
-    }
+    let path: Vec<[f64; 6]> = sweep
+        .jacks
+        .iter()
+        .map(|counts| Ok(coordinates(&poses.next(counts)?)))
+        .collect::<Result<_, AnalysisError>>()?;
+    let fits = Series::fit_all(per_group, path.into_iter());
+    let mut fits: [Harmonics; 6] = fits.ok_or_else(|| AnalysisError::NoSine {
+        run: sweep.name.clone(),
+        channel: "jacks",
+        frequency_hz: sweep.sine.frequency_hz,
+    })?;
     // A group's mean stands for its middle, and is smaller than the signal there by sin(kωGT/2)/(G·sin(kωT/2)).
     let late_s = (group - 1.0) / 2.0 * period_s + mean_jack_instant_s();
-    let mut fits = Vec::new();
-    for series in &series {
-        let mut fit = series.solve().ok_or_else(|| AnalysisError::NoSine {
-            run: sweep.name.clone(),
-            channel: "jacks",
-            frequency_hz: sweep.sine.frequency_hz,
-        })?;
+    for fit in &mut fits {
         for (k, harmonic) in (1..).zip(&mut fit.harmonics) {
             let half = f64::from(k) * sweep.omega * period_s / 2.0;
             let gain = (half * group).sin() / (group * half.sin());
@@ -275,10 +260,8 @@ pub fn pose_harmonics(
                 complex(harmonic) * Complex::cis(-f64::from(k) * sweep.omega * late_s) / gain,
             );
         }
-        fits.push(fit);
     }
-    Ok(<[Harmonics; 6]>::try_from(fits)
-        .unwrap_or_else(|_| unreachable!("one fit for each coordinate")))
+    Ok(fits)
 }
 
 /// Jacks are converted in six ranks; their pose belongs to the middle of them.
@@ -286,38 +269,35 @@ fn mean_jack_instant_s() -> f64 {
     (INERTIAL..CHANNELS).map(instant_s).sum::<f64>() / JACKS as f64
 }
 
-/// The truth of a sine run, for any place of the sensor block.
-struct SweepTruth {
-    fits: [Harmonics; 6],
-    omega: f64,
-}
-
-impl SweepTruth {
-    fn new(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<Self, AnalysisError> {
-        let fits = pose_harmonics(sweep, rate_hz, belief)?;
-        Ok(Self {
-            fits,
-            omega: sweep.omega / belief.clock,
-        })
-    }
-
-    fn at(&self, site: Site) -> SineTruth {
-        truth::sine_truth(&self.fits, self.omega, &site)
-    }
-}
-
+/// First harmonics of a triad's counts at the instants of the pose, and their truth.
 fn sine_run(sweep: &Sweep, triad: Triad, truth: [Complex<f64>; 3], belief: &Belief) -> SineRun {
-    let counts = core::array::from_fn(|axis| {
-        let channel = triad.first_channel() + axis;
-        let early = Complex::cis(-sweep.omega * instant_s(channel));
-        complex(&sweep.sensors[channel].first()) * early * belief.supply
-    });
     SineRun {
         omega: sweep.omega,
         length_s: sweep.length_s,
-        counts,
+        counts: amplitudes(sweep, triad, belief, 1),
         truth,
     }
+}
+
+/// Complex amplitudes of harmonic `k` of a triad's counts, the ranks of the converter put at one instant.
+fn amplitudes(sweep: &Sweep, triad: Triad, belief: &Belief, k: usize) -> [Complex<f64>; 3] {
+    core::array::from_fn(|axis| {
+        let channel = triad.first_channel() + axis;
+        let early = Complex::cis(-(k as f64) * sweep.omega * instant_s(channel));
+        complex(&sweep.sensors[channel].harmonics[k - 1]) * early * belief.supply
+    })
+}
+
+/// Harmonic `k` of the specific force that the calibrated accelerometers show in a sine run, m/s².
+fn felt(sweep: &Sweep, fit: &TriadFit, belief: &Belief, k: usize) -> [Complex<f64>; 3] {
+    let undelay = Complex::cis(k as f64 * sweep.omega * fit.delay_s);
+    let counts = amplitudes(sweep, Triad::LinearAcceleration, belief, k);
+    core::array::from_fn(|axis| {
+        (0..3)
+            .map(|sensor| counts[sensor] * fit.matrix[(axis, sensor)])
+            .sum::<Complex<f64>>()
+            * undelay
+    })
 }
 
 /// Complex amplitude a − i·b of a·cos θ + b·sin θ.

@@ -88,8 +88,8 @@ pub struct Response {
 pub struct Results {
     /// The nine channels.
     pub channels: Vec<ChannelResult>,
-    /// Delay of each triad behind the jacks, s.
-    pub delays_s: [f64; 3],
+    /// Delay of each triad behind the jacks, s: the mean of its three sensors.
+    pub delays_s: [Measured; 3],
     /// Place of the sensor block from O in body axes, m, as the accelerometers feel it.
     pub lever_arm_m: [Measured; 3],
     /// How the base followed the sines.
@@ -132,7 +132,9 @@ pub fn analyse(
         .collect::<Result<_, _>>()?;
     let results = Results {
         channels: channels.collect(),
-        delays_s: estimate.fits.each_ref().map(|fit| fit.delay_s),
+        delays_s: core::array::from_fn(|triad| {
+            measured(estimate.fits[triad].delay_s, &budgets.delay[triad])
+        }),
         lever_arm_m: core::array::from_fn(|axis| {
             measured(estimate.lever_arm_m[axis], &budgets.lever_arm[axis])
         }),

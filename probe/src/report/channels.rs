@@ -164,7 +164,7 @@ fn matrix_rows(input: &ReportInput, triad: Triad) -> String {
             triad_name(triad),
             power_of_ten(exponent),
             triad.unit(),
-            delay(input.analysis.results.delays_s[triad.index()]),
+            delay(&input.analysis.results.delays_s[triad.index()]),
         ),
     );
     for (index, channel) in channels.iter().enumerate() {
@@ -179,6 +179,10 @@ fn matrix_rows(input: &ReportInput, triad: Triad) -> String {
     rows
 }
 
-fn delay(delay_s: f64) -> String {
-    format!("{} ms", super::number::fixed(delay_s * 1e3, 2))
+fn delay(delay_s: &Measured) -> String {
+    let [value, uncertainty] = rounded(
+        1e3 * delay_s.estimate,
+        1e3 * delay_s.expanded_uncertainty,
+    );
+    format!("{value} ± {uncertainty} ms")
 }
