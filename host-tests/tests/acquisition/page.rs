@@ -67,8 +67,10 @@ pub fn yes(is: bool) -> String {
     if is { "yes" } else { "no" }.into()
 }
 
-/// Three significant digits.
+/// Three significant digits, not as a power of ten.
 pub fn three(value: f64) -> String {
-    let digits = 2 - value.abs().log10().floor() as i32;
+    let rounded = format!("{value:.2e}");
+    let exponent = rounded.split('e').nth(1).expect("an exponent");
+    let digits = 2 - exponent.parse::<i32>().expect("an integer");
     format!("{value:.*}", digits.max(0) as usize)
 }
