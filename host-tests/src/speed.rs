@@ -5,7 +5,7 @@
 //! | cold | [`Solver::solve`], from home, one call after another: ten thousand random poses, uniform within ±0.1 m and ±12° in each coordinate |
 //! | warm | [`Solver::track`], from the pose before: ten seconds of a 1 Hz movement of ±0.1 m and ±12° in all six coordinates, at 1 kHz |
 //! | inverse | [`inverse`] of the random poses |
-//! | batch | a million samples of the movement, each from home, shared out to all cores |
+//! | batch | a million samples of the movement by [`Tracker`], in blocks of 1024 shared out to all cores, as `hexsense kinematics pose` solves them |
 //!
 //! The base has hinge radii of 0.75 m (lower, pairs 20° apart) and 0.5 m (upper, pairs 20° apart, turned by 60°) and
 //! home at 0.8 m; solutions are exact to 1e-10 m. A time is the median over rounds of the mean of a round, and the
@@ -20,7 +20,7 @@ use std::thread;
 use std::time::Instant;
 
 use hexsense::kinematics::{
-    Angles, Convention, ForwardError, Geometry, Options, Pose, Solution, Solver, inverse,
+    Angles, Convention, ForwardError, Geometry, Options, Pose, Solution, Solver, Tracker, inverse,
 };
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -38,6 +38,8 @@ const PERIOD: usize = 1_000;
 const ROUNDS: usize = 4_000;
 /// Samples of the batch.
 const BATCH: usize = 1_000_000;
+/// Samples after which a tracker begins anew.
+const BLOCK: usize = 1024;
 /// Rounds of the batch.
 const BATCH_ROUNDS: usize = 5;
 const SEED: u64 = 1;
@@ -87,6 +89,32 @@ pub struct Batch {
     pub solves_per_second: f64,
     /// Threads.
     pub threads: usize,
+}
+
+/// A base and poses of it, for another program to solve.
+#[derive(Debug, Clone, Serialize)]
+pub struct Cases {
+    /// Lower hinges, axes with Y up, m.
+    pub lower: [[f64; 3]; 6],
+    /// Upper hinges, m.
+    pub upper: [[f64; 3]; 6],
+    /// Position at home, m.
+    pub start: [f64; 3],
+    /// Jack lengths of each pose, m.
+    pub lengths: Vec<[f64; 6]>,
+}
+
+/// The base of the figures, and the first of the random poses.
+#[must_use]
+pub fn cases() -> Cases {
+    let base = base();
+    let numbers = |hinges: &[Vector3<f64>; 6]| hinges.map(Into::into);
+    Cases {
+        lower: numbers(base.lower()),
+        upper: numbers(base.upper()),
+        start: base.home().position.into(),
+        lengths: all_lengths(&base, &random_poses()[..CALLS]),
+    }
 }
 
 /// Measures everything; takes some seconds.
@@ -219,13 +247,16 @@ fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
     let threads = thread::available_parallelism().map_or(1, NonZero::get);
     let run: Vec<[f64; 6]> = movement.iter().copied().cycle().take(BATCH).collect();
     let mut answers: Vec<_> = run.iter().map(|lengths| solver.solve(lengths)).collect();
-    let share = BATCH.div_ceil(threads);
+    let share = BATCH.div_ceil(threads).next_multiple_of(BLOCK);
     let mut solve = |_| {
         thread::scope(|scope| {
             for (run, answers) in run.chunks(share).zip(answers.chunks_mut(share)) {
                 scope.spawn(|| {
-                    for (lengths, answer) in run.iter().zip(answers) {
-                        *answer = solver.solve(lengths);
+                    for (run, answers) in run.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
+                        let mut tracker = Tracker::new(solver);
+                        for (lengths, answer) in run.iter().zip(answers) {
+                            *answer = tracker.next(lengths);
+                        }
                     }
                 });
             }

@@ -1,7 +1,12 @@
-//! Prints how long kinematics takes, as one JSON document; `cargo xtask bench kinematics` builds and runs it.
+//! Prints how long kinematics takes, as one JSON document; `cargo xtask bench kinematics` builds and runs it. With the
+//! argument `--cases` it prints the base and poses instead, for another program to solve.
 
 fn main() -> serde_json::Result<()> {
-    let figures = host_tests::speed::measure();
-    println!("{}", serde_json::to_string(&figures)?);
+    let text = if std::env::args().any(|argument| argument == "--cases") {
+        serde_json::to_string(&host_tests::speed::cases())?
+    } else {
+        serde_json::to_string(&host_tests::speed::measure())?
+    };
+    println!("{text}");
     Ok(())
 }

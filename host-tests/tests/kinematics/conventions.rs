@@ -4,11 +4,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use approx::{assert_abs_diff_eq, assert_abs_diff_ne};
 use hexsense::kinematics::convention::{from_z_up, to_z_up};
-use hexsense::kinematics::{Angles, Convention};
+use hexsense::kinematics::{Angles, Convention, inverse};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use crate::bases::{numbers, rows};
+use crate::bases::{hinges, numbers, preset, rows};
 
 const ALL: [Convention; 3] = [Convention::Gost, Convention::Zyx, Convention::Xyz];
 
@@ -163,6 +163,45 @@ proptest! {
             prop_assert!((back.roll - roll).abs() < 1e-12, "{convention:?} {back:?}");
             prop_assert!((back.pitch - pitch).abs() < 1e-12, "{convention:?} {back:?}");
             prop_assert!((back.yaw - yaw).abs() < 1e-12, "{convention:?} {back:?}");
+        }
+    }
+}
+
+/// The examples that docs/kinematics.md works out: printed lengths against published hinges and matrices written out
+/// here, and against the core.
+#[test]
+fn the_worked_examples_of_the_documentation_are_true() {
+    let text = include_str!("../../../docs/kinematics.md");
+    let geometry = preset("rexroth_emotion8000");
+    let [lower, upper] = hinges("rexroth_emotion8000");
+    for (name, convention) in ["gost", "zyx", "xyz"].into_iter().zip(ALL) {
+        let start = format!("| `{name}` | `");
+        let row = text.lines().find(|line| line.starts_with(&start)).unwrap();
+        let cells: Vec<Vec<f64>> = row
+            .split('`')
+            .skip(3)
+            .step_by(2)
+            .map(|cell| cell.split(',').map(|n| n.parse().unwrap()).collect())
+            .collect();
+        let &[x, y, z, roll, pitch, yaw] = cells[0].as_slice() else {
+            panic!("{row}");
+        };
+        // The hinges in the axes of the convention: z up is (x, −z, y) of Y up.
+        let axes = |v: Vector3<f64>| match convention {
+            Convention::Gost => v,
+            _ => Vector3::new(v.x, -v.z, v.y),
+        };
+        let matrix = match convention {
+            Convention::Gost => ry(yaw) * rz(pitch) * rx(roll),
+            Convention::Zyx => rz(yaw) * ry(pitch) * rx(roll),
+            Convention::Xyz => rx(roll) * ry(pitch) * rz(yaw),
+        };
+        let pose = convention.pose(Vector3::new(x, y, z), Angles { roll, pitch, yaw });
+        let core = inverse(&geometry, &pose);
+        for jack in 0..6 {
+            let d = Vector3::new(x, y, z) + matrix * axes(upper[jack]) - axes(lower[jack]);
+            assert_abs_diff_eq!(cells[1][jack], d.norm(), epsilon = 1e-6);
+            assert_abs_diff_eq!(cells[1][jack], core[jack], epsilon = 1e-6);
         }
     }
 }

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use hexsense::kinematics::forward::{ForwardError, Options, Solver};
-use hexsense::kinematics::{Angles, Convention, Geometry, Pose, inverse};
+use hexsense::kinematics::{Angles, Convention, Geometry, Pose, Tracker, inverse};
 use nalgebra::Vector3;
 
 use crate::bases::{misfit, presets};
@@ -79,6 +79,34 @@ fn a_jump_is_told_from_a_movement() {
                 "{name}: {error}"
             );
             assert_eq!([limit_m, limit_rad], [0.05, 0.05]);
+        }
+    }
+}
+
+/// A gap in the record, a bad sample, and lengths that no pose has: what comes after is found all the same.
+#[test]
+fn a_tracker_goes_on_after_gaps_and_bad_samples_on_the_branch_of_home() {
+    for (name, geometry) in presets() {
+        let solver = Solver::new(&geometry, Options::default());
+        let mut tracker = Tracker::new(&solver);
+        for sample in 0..2000 {
+            let gap = if sample > 1000 { 0.3 } else { 0.0 };
+            let pose = swinging(&geometry, 1.0, 0.1, 0.1, f64::from(sample) * 1e-3 + gap);
+            let mut lengths = inverse(&geometry, &pose);
+            if sample == 500 {
+                lengths[2] = f64::NAN;
+                let error = tracker.next(&lengths).unwrap_err();
+                assert!(matches!(error, ForwardError::NotFinite { jack: 3, .. }));
+                continue;
+            }
+            let solution = tracker.next(&lengths).unwrap();
+            let (distance, angle) = solution.pose.distance(&pose);
+            assert!(distance < 1e-9 && angle < 1e-9, "{name}: {sample}");
+            let fresh = [0, 501, 1001].contains(&sample);
+            assert!(
+                fresh || solution.iterations <= 2,
+                "{name} {sample}: {solution:?}"
+            );
         }
     }
 }
