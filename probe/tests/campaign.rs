@@ -149,8 +149,20 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     let shown: serde_json::Value = serde_json::from_slice(&shown).unwrap();
     let text = std::fs::read_to_string(&file).unwrap();
     assert!(text.contains(shown["id"].as_str().unwrap()));
+    // The base is at home, 2.13 m high, to the millimetres that its hinges and transducers are off.
+    let height = shown["pose"]["y"].as_f64().unwrap();
+    assert!((height - 2.129757).abs() < 0.005, "{shown}");
+    assert!(shown["pose"]["condition"].as_f64().unwrap() < 5.0);
+    let shown = String::from_utf8(bench.hexsense(&["show"]).stdout).unwrap();
+    assert!(
+        shown.contains("pose      x ") && shown.contains("jack6"),
+        "{shown}"
+    );
 
-    assert!(bench.record("verify").status.success());
+    let verified = bench.record("verify");
+    assert!(verified.status.success());
+    let said = String::from_utf8(verified.stdout).unwrap();
+    assert!(said.contains("poses of the board: at most"), "{said}");
     assert!(campaign.capture("held-out").unwrap().values.is_some());
     let report = std::fs::read_to_string(campaign.folder.join("report.html")).unwrap();
     assert!(report.contains("held-out") && report.contains("<svg"));

@@ -32,17 +32,25 @@ pub fn numbered(number: u32) -> CoefficientSet {
     }
 }
 
-/// Upper hinges in pairs on a circle, lower hinges 52° to either side of them on a larger one.
+/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger one; all numbers are short.
 pub fn base() -> MotionBase {
-    let hinge = |radius: f32, degrees: f32| {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        [radius * cosine, 0.0, radius * sine]
-    };
-    let around = |jack: usize| 120.0 * (jack / 2) as f32;
-    let side = |jack: usize| if jack.is_multiple_of(2) { -52.0 } else { 52.0 };
     MotionBase {
-        lower: std::array::from_fn(|jack| hinge(2.25, around(jack) + side(jack))),
-        upper: std::array::from_fn(|jack| hinge(1.5, around(jack))),
+        lower: [
+            [1.375, 0.0, -1.75],
+            [1.375, 0.0, 1.75],
+            [0.812_5, 0.0, 2.062_5],
+            [-2.187_5, 0.0, 0.312_5],
+            [-2.187_5, 0.0, -0.312_5],
+            [0.812_5, 0.0, -2.062_5],
+        ],
+        upper: [
+            [1.5, 0.0, 0.0],
+            [1.5, 0.0, 0.0],
+            [-0.75, 0.0, 1.312_5],
+            [-0.75, 0.0, 1.312_5],
+            [-0.75, 0.0, -1.312_5],
+            [-0.75, 0.0, -1.312_5],
+        ],
         length_min_m: 2.125,
         length_max_m: 3.375,
         home_height_m: 2.125,
