@@ -14,9 +14,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use twin::Bench;
-use twin::bench::{CHUNK_STEPS, STEP_S};
+use twin::bench::CHUNK_STEPS;
 use twin::board::COLUMNS;
+use twin::geometry::Geometry;
 
+/// Step of the twin, s: twice that of the virtual bench, still far beyond the bandwidth of the sensors.
+const STEP_S: f64 = 0.001;
 /// Scan rate, Hz.
 pub const RATE_HZ: u32 = 1_000;
 /// Recorded after the end of a movement, s.
@@ -77,7 +80,8 @@ impl Laboratory {
     /// When the base is no base: these are tests.
     #[must_use]
     pub fn new(seed: u64, base: &GeometryFile) -> Self {
-        let mut bench = Bench::new(seed, &base.text).expect("a usable geometry");
+        let geometry = Geometry::parse(&base.text).expect("a usable geometry");
+        let mut bench = Bench::with_step(seed, &geometry, STEP_S).expect("a base that stands");
         let mut rows = [Vec::new(), Vec::new()];
         bench
             .next_chunk(&mut rows[0], |_| ())

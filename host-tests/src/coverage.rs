@@ -7,8 +7,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hexsense::channel::Triad;
-use hexsense_probe::analysis::{AnalysisError, Run};
 use hexsense_probe::analysis::results::{Analysis, Measured, analyse};
+use hexsense_probe::analysis::{AnalysisError, Run};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::plan::Purpose;
 use hexsense_probe::plan::campaign::plan;

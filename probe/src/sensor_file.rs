@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use hexsense::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
 use hexsense::channel::{COUNTS_AT_SUPPLY, Triad};
 use serde::Deserialize;
 
@@ -23,8 +24,13 @@ pub struct SensorFile {
     pub text: String,
     /// Name of the set of sensors.
     pub name: String,
-    /// Local gravity, m/s².
-    pub gravity_m_s2: f64,
+    /// Gravity where the base stands.
+    #[serde(skip)]
+    pub gravity: Gravity,
+    gravity_m_s2: Option<f64>,
+    gravity_uncertainty_m_s2: Option<f64>,
+    latitude_deg: Option<f64>,
+    height_m: Option<f64>,
     /// Nominal supply and reference of the converter, V.
     pub supply_v: f64,
     /// Place of the sensor block in the body frame, from O, m.
@@ -41,6 +47,18 @@ pub struct SensorFile {
     pub jacks: JackSheet,
     /// The converter of the board.
     pub adc: ConverterSheet,
+}
+
+/// Gravity where the base stands: the gains of the accelerometers are as good as this value, so a file must give it,
+/// by `gravity_m_s2` or by `latitude_deg` and `height_m`. There is no default: over the Earth gravity differs by 0.5 %.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Gravity {
+    /// The value, m/s².
+    pub m_s2: f64,
+    /// Its standard uncertainty, m/s²: the file's `gravity_uncertainty_m_s2`, else the usual size of local anomalies.
+    pub uncertainty_m_s2: f64,
+    /// Latitude (degrees) and height (m) that it was computed from.
+    pub place: Option<(f64, f64)>,
 }
 
 /// Data sheet of three sensors of one kind. "Unit" is the triad's: m/s², rad/s² or rad/s.
@@ -116,7 +134,7 @@ impl SensorFile {
         let check = |key: &str, value: f64, low: f64, high: f64| {
             files::within(file, key, value, low..=high).map(drop)
         };
-        check("gravity_m_s2", sheet.gravity_m_s2, 9.7, 9.9)?;
+        sheet.gravity = sheet.gravity_of(file)?;
         check("supply_v", sheet.supply_v, 1.7, 3.6)?;
         for (place, axis) in sheet.lever_arm_m.into_iter().zip(["x", "y", "z"]) {
             check(&format!("lever_arm_m.{axis}"), place, -20.0, 20.0)?;
@@ -158,6 +176,34 @@ impl SensorFile {
         )?;
         check("adc.clock_tolerance_ppm", adc.clock_tolerance_ppm, 0.0, 1e5)?;
         Ok(sheet)
+    }
+
+    /// Gravity by value or by place.
+    fn gravity_of(&self, file: &str) -> Result<Gravity, FileError> {
+        let within = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, key, value, low..=high)
+        };
+        let stated = self.gravity_uncertainty_m_s2.unwrap_or(ANOMALY_M_S2);
+        let uncertainty_m_s2 = within("gravity_uncertainty_m_s2", stated, 0.0, 0.1)?;
+        let (m_s2, place) = match (self.gravity_m_s2, self.latitude_deg, self.height_m) {
+            (Some(value), None, None) => (within("gravity_m_s2", value, 9.7, 9.9)?, None),
+            (None, Some(latitude_deg), Some(height_m)) => {
+                within("latitude_deg", latitude_deg, -90.0, 90.0)?;
+                within("height_m", height_m, -500.0, 9_000.0)?;
+                let value = normal_gravity_m_s2(latitude_deg.to_radians(), height_m);
+                (value, Some((latitude_deg, height_m)))
+            }
+            (value, ..) => {
+                let value = value.map_or("not given".to_owned(), |value| value.to_string());
+                let limit = "given alone, or else latitude_deg and height_m both";
+                return Err(FileError::value(file, "gravity_m_s2", value, limit));
+            }
+        };
+        Ok(Gravity {
+            m_s2,
+            uncertainty_m_s2,
+            place,
+        })
     }
 
     /// Data sheet of one triad.

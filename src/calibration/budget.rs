@@ -36,11 +36,15 @@ pub enum Cause {
     LeverArm,
     /// Bandwidth of the sensors at the drive frequency.
     Bandwidth,
+    /// Local gravity.
+    Gravity,
+    /// Noise of the jack transducers.
+    JackNoise,
 }
 
 impl Cause {
     /// All causes.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::SensorNoise,
         Self::BiasWalk,
         Self::Hinges,
@@ -51,6 +55,8 @@ impl Cause {
         Self::Clock,
         Self::LeverArm,
         Self::Bandwidth,
+        Self::Gravity,
+        Self::JackNoise,
     ];
 
     /// Name as people read it.
@@ -67,6 +73,8 @@ impl Cause {
             Self::Clock => "board clock",
             Self::LeverArm => "lever arm",
             Self::Bandwidth => "sensor bandwidth",
+            Self::Gravity => "local gravity",
+            Self::JackNoise => "jack noise",
         }
     }
 }

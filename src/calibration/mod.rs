@@ -14,12 +14,14 @@
 //! | truth on a hold: gravity's projection by the pose | [`truth::specific_force_at_rest`] |
 //! | truth of a sine run: rates and accelerations of the fitted pose | [`truth`] |
 //! | sensitivity and delay of a triad from holds and sine runs | [`triad`] |
+//! | gravity where nobody has measured it | [`gravity`] |
 //! | standard uncertainty from all its terms | [`budget`] |
 //!
 //! The method is that of design section 3: k = A_p / A_1 with A_p = A_u(2πf)² or A_u·2πf, generalised from one axis
 //! to three by complex amplitudes, so that the sign and size of cross-axis sensitivity come out too.
 
 pub mod budget;
+pub mod gravity;
 pub mod triad;
 pub mod truth;
 pub mod zero;

@@ -7,15 +7,23 @@
 //! f = Aᵀ(p'' + g·up) + ω' × r + ω × (ω × r)
 //! ```
 //!
-//! so that at rest and level f = (0, +9.80665, 0): up is positive.
+//! so that at rest and level f = (0, +g, 0): up is positive.
 
 use crate::algebra::Vec3;
 use crate::jack::JackMotion;
 use crate::mechanism::{Pose, Twist};
-use crate::sheet::STANDARD_GRAVITY_M_S2;
 
 /// Up, in the earth frame.
 const UP: Vec3 = Vec3([0.0, 1.0, 0.0]);
+
+/// Where the sensors are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// The sensor block from O, body axes, m.
+    pub lever_arm_m: Vec3,
+    /// Local gravity g, m/s².
+    pub gravity_m_s2: f64,
+}
 
 /// What the sensors feel, in body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,13 +37,14 @@ pub struct Felt {
 }
 
 impl Felt {
-    /// What is felt at `lever_arm_m` from O (body axes) on a platform that moves like this.
+    /// What is felt at a place on a platform that moves like this.
     #[must_use]
-    pub fn at(pose: &Pose, velocity: &Twist, acceleration: &Twist, lever_arm_m: Vec3) -> Self {
+    pub fn at(pose: &Pose, velocity: &Twist, acceleration: &Twist, place: &Place) -> Self {
+        let lever_arm_m = place.lever_arm_m;
         let to_body = |earth: Vec3| pose.attitude.to_body(earth);
         let rate = to_body(velocity.angular);
         let turning = to_body(acceleration.angular);
-        let at_origin = to_body(acceleration.linear + UP * STANDARD_GRAVITY_M_S2);
+        let at_origin = to_body(acceleration.linear + UP * place.gravity_m_s2);
         Self {
             specific_force: at_origin
                 + turning.cross(lever_arm_m)

@@ -32,11 +32,13 @@ fn head(seed: u64) -> String {
     format!(
         "name = \"sensor block {seed}\"\n\
          gravity_m_s2 = {:?}\n\
+         gravity_uncertainty_m_s2 = {:?} # 1 sigma\n\
          supply_v = {:?}\n\
          # From O to the sensor block, body axes: X forward, Y up, Z right.\n\
          lever_arm_m = {:?}\n\
          lever_arm_tolerance_m = {:?}\n",
         sheet::STANDARD_GRAVITY_M_S2,
+        sheet::GRAVITY_UNCERTAINTY_M_S2,
         sheet::SUPPLY_V,
         measured_lever_arm_m(seed),
         sheet::LEVER_ARM_TOLERANCE_M,

@@ -3,8 +3,10 @@
 //! These are the figures that the truth is drawn from, and the only ones that a laboratory would have. Tolerances are
 //! limits of a uniform distribution unless they say otherwise.
 
-/// Standard gravity, m/s².
+/// Standard gravity, m/s²: what the laboratory takes for its own.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+/// 1σ of local gravity about it, m/s²: nobody has measured gravity at the base.
+pub const GRAVITY_UNCERTAINTY_M_S2: f64 = 5e-4;
 /// Supply of the board, V.
 pub const SUPPLY_V: f64 = 3.3;
 /// Output of every sensor and transducer at zero, V.

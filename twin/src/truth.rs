@@ -29,6 +29,13 @@ pub fn lever_arm_m(seed: u64) -> Vec3 {
     )
 }
 
+/// What gravity truly is where the base stands, m/s².
+#[must_use]
+pub fn gravity_m_s2(seed: u64) -> f64 {
+    let anomaly = Stream::new(seed, "gravity").normal();
+    sheet::STANDARD_GRAVITY_M_S2 + sheet::GRAVITY_UNCERTAINTY_M_S2 * anomaly
+}
+
 /// The truth of one triad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TriadTruth {

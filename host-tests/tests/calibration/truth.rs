@@ -65,7 +65,12 @@ type Amplitudes = [[Complex<f64>; 3]; 4];
 fn found(fits: &[Harmonics; 6], omega: f64, site: &Site) -> Amplitudes {
     let truth = sine_truth(fits, omega, site.gravity_m_s2);
     let [first, second] = truth.specific_force(&site.lever_arm_m);
-    [first, second, truth.angular_acceleration, truth.angular_rate]
+    [
+        first,
+        second,
+        truth.angular_acceleration,
+        truth.angular_rate,
+    ]
 }
 
 fn expected(motion: &impl Motion, omega: f64, site: &Site) -> Amplitudes {
@@ -205,9 +210,7 @@ fn heave_is_felt_as_force_along_the_vertical() {
     fits[1] = harmonics(2.0, &[(amplitude, 0.0)]);
     let found = sine_truth(&fits, omega, G);
     let [force, _] = found.specific_force(&SITE.lever_arm_m);
-    assert!(
-        (force[1] - Complex::new(-amplitude * omega * omega, 0.0)).norm() < 1e-12
-    );
+    assert!((force[1] - Complex::new(-amplitude * omega * omega, 0.0)).norm() < 1e-12);
     assert!(found.angular_rate.iter().all(|rate| rate.norm() == 0.0));
 }
 

@@ -64,7 +64,7 @@ impl Belief {
             clock: 1.0,
             site: Site {
                 lever_arm_m: Vector3::from(sensors.lever_arm_m),
-                gravity_m_s2: sensors.gravity_m_s2,
+                gravity_m_s2: sensors.gravity.m_s2,
             },
         }
     }
@@ -104,7 +104,7 @@ impl Belief {
         }
     }
 
-    /// All doubts: hinges, jack gains and offsets, converters, supply, clock and lever arm.
+    /// All doubts: hinges, jack gains and offsets, converters, supply, clock, lever arm and gravity.
     #[must_use]
     pub fn doubts(&self, base: &GeometryFile, sensors: &SensorFile) -> Vec<Doubt> {
         let mut doubts = Vec::new();
@@ -128,6 +128,10 @@ impl Belief {
                 });
             }
         }
+        let gravity_m_s2 = sensors.gravity.uncertainty_m_s2;
+        doubt(Cause::Gravity, Shape::Normal, &|belief| {
+            belief.site.gravity_m_s2 += gravity_m_s2
+        });
         let mut tolerance =
             |cause, change: &dyn Fn(&mut Self)| doubt(cause, Shape::Uniform, change);
         self.doubt_jacks(sensors, &mut tolerance);

@@ -163,7 +163,8 @@ pub fn held_out(
             .collect()
     };
     let undelayed = |channel: usize, values: Vec<f64>| {
-        let delay_s = results.delays_s[channel / 3].estimate + instant_s(channel) - instant_s(INERTIAL);
+        let delay_s =
+            results.delays_s[channel / 3].estimate + instant_s(channel) - instant_s(INERTIAL);
         advance(&mean(&values), delay_s * RATE_HZ)
     };
     let after = core::array::from_fn(|channel| {

@@ -1,6 +1,6 @@
 //! The results of a campaign with their uncertainties, and the coefficient set made of them.
 
-use hexsense::calibration::budget::{Budget, Cause};
+use hexsense::calibration::budget::{Budget, Cause, Shape};
 use hexsense::calibration::triad::Noise;
 use hexsense::calibration::zero::{ZeroLimits, zero};
 use hexsense::channel::{INERTIAL, NAMES, Triad};
@@ -90,6 +90,8 @@ pub struct Results {
     pub channels: Vec<ChannelResult>,
     /// Delay of each triad behind the jacks, s: the mean of its three sensors.
     pub delays_s: [Measured; 3],
+    /// Gravity that everything was computed with, m/s².
+    pub gravity_m_s2: Measured,
     /// Place of the sensor block from O in body axes, m, as the accelerometers feel it.
     pub lever_arm_m: [Measured; 3],
     /// How the base followed the sines.
@@ -135,6 +137,12 @@ pub fn analyse(
         delays_s: core::array::from_fn(|triad| {
             measured(estimate.fits[triad].delay_s, &budgets.delay[triad])
         }),
+        gravity_m_s2: {
+            let mut budget = Budget::default();
+            let standard = sensors.gravity.uncertainty_m_s2;
+            budget.add(Cause::Gravity, Shape::Normal, standard);
+            measured(sensors.gravity.m_s2, &budget)
+        },
         lever_arm_m: core::array::from_fn(|axis| {
             measured(estimate.lever_arm_m[axis], &budgets.lever_arm[axis])
         }),

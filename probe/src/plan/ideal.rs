@@ -69,7 +69,7 @@ impl Ideal<'_> {
     fn scan(&self, pose: &Pose<f64>, around: &[Pose<f64>], period_s: f64) -> Scan {
         let site = Site {
             lever_arm_m: Vector3::from(self.sensors.lever_arm_m),
-            gravity_m_s2: self.sensors.gravity_m_s2,
+            gravity_m_s2: self.sensors.gravity.m_s2,
         };
         let felt = felt(around, period_s, &site);
         let geometry = &self.base.geometry;

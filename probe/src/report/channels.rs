@@ -180,9 +180,6 @@ fn matrix_rows(input: &ReportInput, triad: Triad) -> String {
 }
 
 fn delay(delay_s: &Measured) -> String {
-    let [value, uncertainty] = rounded(
-        1e3 * delay_s.estimate,
-        1e3 * delay_s.expanded_uncertainty,
-    );
+    let [value, uncertainty] = rounded(1e3 * delay_s.estimate, 1e3 * delay_s.expanded_uncertainty);
     format!("{value} ± {uncertainty} ms")
 }

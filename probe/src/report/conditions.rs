@@ -9,7 +9,8 @@ use super::page::{Page, row, text};
 use super::{ReportInput, base, code, held_out};
 use crate::analysis::AnalysisError;
 use crate::files;
-use crate::plan::{Freedom, Purpose, RampsEntry, Run, Shape, SineEntry};
+use crate::plan::{Freedom, MultisineEntry, Purpose, RampsEntry, Run, Shape, SineEntry};
+use crate::sensor_file::SensorFile;
 
 /// Title, what was calibrated, and the verdict.
 ///
@@ -73,12 +74,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         (
             "Sensors",
             format!(
-                "{}; block at X {x} m, Y {y} m, Z {z} m from O, ±{} mm; g = {} m/s²",
+                "{}; block at X {x} m, Y {y} m, Z {z} m from O, ±{} mm",
                 text(&sensors.name),
                 fixed(sensors.lever_arm_tolerance_m * 1e3, 0),
-                sensors.gravity_m_s2,
             ),
         ),
+        ("Local gravity", gravity(sensors)),
         ("Sensor block as felt", felt_place(input)),
         (
             "Board",
@@ -118,6 +119,18 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
     );
     runs(page, input);
     Ok(())
+}
+
+fn gravity(sensors: &SensorFile) -> String {
+    let gravity = &sensors.gravity;
+    let [value, uncertainty] = rounded(gravity.m_s2, gravity.uncertainty_m_s2);
+    let source = match gravity.place {
+        Some((latitude_deg, height_m)) => {
+            format!("normal gravity of WGS 84 at latitude {latitude_deg}° and height {height_m} m")
+        }
+        None => "by the sensor file".to_owned(),
+    };
+    format!("{value} ± {uncertainty} m/s² (1σ), {source}")
 }
 
 /// The lever arm that the accelerometers feel in the turns.
@@ -210,8 +223,21 @@ fn movement(run: &Run) -> String {
     let parts = rest
         .into_iter()
         .chain(run.ramps.iter().map(ramps))
-        .chain(run.sine.iter().map(sine));
+        .chain(run.sine.iter().map(sine))
+        .chain(run.multisine.iter().flat_map(multisine));
     parts.collect::<Vec<_>>().join("; ")
+}
+
+fn multisine(entry: &MultisineEntry) -> impl Iterator<Item = String> {
+    entry.lines.iter().map(|lines| {
+        let harmonics: Vec<String> = lines.harmonics.iter().map(u16::to_string).collect();
+        let hz = entry.fundamental_hz;
+        format!(
+            "{} multisine, harmonics {} of {hz} Hz",
+            name(lines.freedom),
+            harmonics.join(", ")
+        )
+    })
 }
 
 fn name(freedom: Freedom) -> &'static str {
