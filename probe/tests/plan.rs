@@ -104,29 +104,8 @@ fn the_command_prints_forecast_and_advice_and_draws_the_margins() {
     assert!(figure.starts_with("<svg xmlns=") && figure.contains("pitch: acceleration"));
 }
 
-/// The sections on multisines of the plan that the README shows.
-const MULTISINE: &str = r#"
-[[run]]
-name = "three-at-once"
-purpose = "verify"
-[run.multisine]
-fundamental_hz = 0.1
-fade_s = 5.0
-settle_periods = 1
-estimate_periods = 2
-[[run.multisine.lines]]
-freedom = "heave"
-harmonics = [3, 9, 15]
-amplitudes_m = [0.04, 0.01, 0.005]
-[[run.multisine.lines]]
-freedom = "roll"
-harmonics = [4, 10, 16]
-amplitudes_deg = [3.0, 1.0, 0.5]
-[[run.multisine.lines]]
-freedom = "pitch"
-harmonics = [5, 11, 17]
-amplitudes_deg = [3.0, 1.0, 0.5]
-"#;
+/// The run that the README adds to a plan.
+const MULTISINE: &str = include_str!("../../docs/multisine-run.toml");
 
 /// The default plan with a run of three multisines, as a file.
 fn with_multisine() -> String {
@@ -138,7 +117,7 @@ fn with_multisine() -> String {
 fn a_multisine_survives_its_file_and_the_estimate_holds_whole_periods_of_all_lines() {
     let plan = Plan::parse("plan.toml", &with_multisine()).unwrap();
     assert_eq!(Plan::parse("again.toml", &plan.to_toml()).unwrap(), plan);
-    let run = plan.run("three-at-once").unwrap();
+    let run = plan.run("together").unwrap();
     assert!((run.duration_s() - 40.0).abs() < 1e-9);
     let timing = run.multisine.as_ref().unwrap().timing();
     let program = run.program();
@@ -168,19 +147,13 @@ fn the_command_plans_a_multisine_and_writes_its_six_jack_programs() {
     let output = plan("edited.toml");
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{:?}", output.stderr);
-    assert!(
-        text.contains("heave 3 lines, 0.3000 to 1.5000 Hz, crest factor"),
-        "{text}"
-    );
-    assert!(
-        text.contains("pitch 3 lines, 0.5000 to 1.7000 Hz, crest factor"),
-        "{text}"
-    );
-    let program = folder.path().join("campaign/programs/three-at-once.csv");
+    assert!(text.contains("heave 3 lines, crest 1.19"), "{text}");
+    assert!(text.contains("pitch 3 lines, crest 1."), "{text}");
+    let program = folder.path().join("campaign/programs/together.csv");
     let program = std::fs::read_to_string(program).unwrap();
     assert_eq!(program.lines().count(), 1 + 40 * 500 + 1);
     let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
-    assert!(figure.contains("three-at-once: speed"));
+    assert!(figure.contains("together: speed"));
 
     // Twenty times faster it is a movement of the same size that no jack can follow.
     let fast = with_multisine().replace("fundamental_hz = 0.1", "fundamental_hz = 2.0");
@@ -189,7 +162,7 @@ fn the_command_plans_a_multisine_and_writes_its_six_jack_programs() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success());
     assert!(
-        text.contains("run three-at-once") && text.contains("speed of jack"),
+        text.contains("run together") && text.contains("speed of jack"),
         "{text}"
     );
 }
@@ -256,7 +229,7 @@ fn every_bad_multisine_is_refused_with_file_key_value_and_limit() {
     ];
     for (good, bad, key) in cases {
         let text = with_multisine();
-        let at = text.find("three-at-once").unwrap();
+        let at = text.find("together").unwrap();
         let text = text[..at].to_owned() + &text[at..].replacen(good, bad, 1);
         let error = Plan::parse("edited.toml", &text).unwrap_err().to_string();
         assert!(
@@ -264,4 +237,37 @@ fn every_bad_multisine_is_refused_with_file_key_value_and_limit() {
             "{bad}: {error}"
         );
     }
+}
+
+#[test]
+fn limits_of_hinges_come_from_the_geometry_file_and_are_printed_drawn_and_enforced() {
+    let folder = tempfile::tempdir().unwrap();
+    let preset = include_str!("../../src/kinematics/presets/an-74tk-200.toml");
+    let with = |keys: &str| preset.replace("length_min", &format!("{keys}\nlength_min"));
+    let plan = |text: String| {
+        std::fs::write(folder.path().join("base.toml"), text).unwrap();
+        Command::cargo_bin("hexsense")
+            .unwrap()
+            .current_dir(folder.path())
+            .args(["plan", "--geometry", "base.toml", "--out", "campaign"])
+            .output()
+            .unwrap()
+    };
+    let output = plan(with("upper_hinge_angle_max_deg = 30"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("closest to a limit: run pitch, jack") && text.contains("upper hinge 22."),
+        "{text}"
+    );
+    let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
+    assert!(figure.contains("pitch: angle of the upper hinges"));
+    for bad in ["0.5", "91", "nan", "-30"] {
+        let output = plan(with(&format!("lower_hinge_angle_max_deg = {bad}")));
+        let text = String::from_utf8(output.stderr).unwrap();
+        let said = "base.toml: lower_hinge_angle_max_deg is ";
+        assert!(text.contains(said) && text.contains("1 to 90"), "{text}");
+    }
+    let output = plan(with("hinge_angle_max = 30"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("hinge_angle_max"), "{text}");
 }

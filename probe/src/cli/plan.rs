@@ -167,16 +167,10 @@ fn movements(run: &Run) -> Vec<String> {
     lines
 }
 
-/// How many lines, from where to where, and how well their phases suit each other.
+/// How many lines, and how well their phases suit each other.
 fn multisine_line(freedom: DegreeOfFreedom, multisine: &Multisine) -> String {
-    let harmonics = multisine.lines().iter().map(|line| line.harmonic);
-    let hz = |harmonic: Option<u16>| {
-        f64::from(harmonic.unwrap_or_default()) * multisine.timing().fundamental_hz
-    };
-    let (low, high) = (hz(harmonics.clone().min()), hz(harmonics.clone().max()));
-    let (name, count) = (freedom.name(), harmonics.count());
-    let crest = multisine.crest_factor();
-    format!("{name} {count} lines, {low:.4} to {high:.4} Hz, crest factor {crest:.2}")
+    let (count, crest) = (multisine.lines().len(), multisine.crest_factor());
+    format!("{} {count} lines, crest {crest:.2}", freedom.name())
 }
 
 /// The gains that the plan determines, and what to do about the plan.
@@ -220,8 +214,16 @@ fn closest(plan: &Movements, checked: &[Checked]) -> String {
             .all()
             .map(|(quantity, used)| (run, quantity, used))
     });
-    match all.max_by(|a, b| a.2.fraction.total_cmp(&b.2.fraction)) {
-        Some((run, quantity, used)) => format!(
+    let worst = all.max_by(|a, b| a.2.fraction.total_cmp(&b.2.fraction));
+    let hinges = plan.runs.iter().zip(checked);
+    let hinges = hinges.filter_map(|(run, checked)| Some((run, checked.hinge?)));
+    let hinge = hinges.max_by(|a, b| a.1.fraction().total_cmp(&b.1.fraction()));
+    match (worst, hinge) {
+        (Some((.., used)), Some((run, hinge))) if hinge.fraction() > used.fraction => format!(
+            "closest to a limit: run {}, jack {} at {:.2} s, {} {:.2}° (limit {}°)\n",
+            run.name, hinge.jack, hinge.time_s, hinge.joint, hinge.angle_deg, hinge.limit_deg,
+        ),
+        (Some((run, quantity, used)), _) => format!(
             "closest to a limit: run {}, jack {} at {:.2} s, {quantity} {:.4} {unit} (limit {:.4} {unit})\n",
             run.name,
             used.jack,
@@ -230,7 +232,7 @@ fn closest(plan: &Movements, checked: &[Checked]) -> String {
             used.limit,
             unit = quantity.unit(),
         ),
-        None => "the plan is empty\n".to_owned(),
+        (None, _) => "the plan is empty\n".to_owned(),
     }
 }
 
