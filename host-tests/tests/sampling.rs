@@ -1,7 +1,9 @@
 //! The sample path: right, the same on every machine, and blind to the supply.
 
 use hexsense::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
-use hexsense::sampling::{BLOCK, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s};
+use hexsense::sampling::{
+    BLOCK, BlockSize, BlockSums, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s,
+};
 use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use proptest::prelude::*;
 
@@ -53,7 +55,7 @@ fn any_triads() -> impl Strategy<Value = [TriadCoefficients; 3]> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// c·u − u0 first, then the three products of a row, added from left to right; every step rounded to f32.
+    /// u − u0/c first, then the three products with c·M of a row, added from left to right; every step rounded to f32.
     #[test]
     fn values_are_bit_for_bit_those_of_the_stated_order(
         triads in any_triads(), scan: Scan, supply in 0.9_f32..1.1,
@@ -61,10 +63,10 @@ proptest! {
         let values = Calibrator::new(&set(triads)).apply(&scan, supply);
         for (index, triad) in triads.iter().enumerate() {
             let x: [f32; 3] = std::array::from_fn(|axis| {
-                f32::from(scan[3 * index + axis]) * supply - triad.offset[axis]
+                f32::from(scan[3 * index + axis]) - triad.offset[axis] / supply
             });
             for row in 0..3 {
-                let [a, b, c] = triad.matrix[row];
+                let [a, b, c] = triad.matrix[row].map(|element| element * supply);
                 let expected = a * x[0] + b * x[1] + c * x[2];
                 prop_assert_eq!(values[3 * index + row].to_bits(), expected.to_bits());
             }
@@ -133,17 +135,73 @@ fn the_bits_of_one_scan_are_known() {
     assert_eq!(
         bits,
         [
-            0xBFD8_9E53,
-            0xBFA1_A11A,
-            0xBF88_09CC,
-            0xBE94_5009,
-            0xBDA4_9F29,
-            0x3C0C_4C54,
-            0xBD36_25FC,
-            0xBDA0_A1B3,
-            0xBDBB_3AF5,
+            0xBFD8_9E4D,
+            0xBFA1_A116,
+            0xBF88_09D5,
+            0xBE94_4FFE,
+            0xBDA4_9F09,
+            0x3C0C_4C8A,
+            0xBD36_2626,
+            0xBDA0_A1C6,
+            0xBDBB_3AF6,
         ]
     );
+}
+
+/// The sample path takes whole blocks; a host that recomputes a capture takes scans.
+#[test]
+fn a_block_gives_the_values_of_its_scans_and_their_sums_at_every_size() {
+    let triad =
+        |gain: f32| coefficients([32_768.25, 32_700.5, 33_000.125], [[gain, 1e-5, -2e-5]; 3]);
+    let prepared =
+        Calibrator::of_triads(&[triad(6e-4), triad(3e-4), triad(-5e-5)]).at_supply(1.001);
+    for size in BlockSize::ALL {
+        let scans: Vec<Scan> = (0..size.scans())
+            .map(|n| {
+                std::array::from_fn(|channel| (n * 7_919 + channel * 4_099 * n + 65_500) as u16)
+            })
+            .collect();
+        let inertial: Vec<[u16; INERTIAL]> = scans
+            .iter()
+            .map(|scan| std::array::from_fn(|channel| scan[channel]))
+            .collect();
+        let mut values = [[0.0; INERTIAL]; BlockSize::MOST];
+        let mut sums = [0; INERTIAL];
+        prepared.block(&inertial, &mut values, &mut sums);
+        for (scan, values) in inertial.iter().zip(&values) {
+            assert_eq!(
+                prepared.apply(scan).map(f32::to_bits),
+                values.map(f32::to_bits)
+            );
+        }
+        assert!(
+            values[size.scans()..]
+                .iter()
+                .all(|rest| *rest == [0.0; INERTIAL])
+        );
+        let expected = |channel: usize| {
+            scans
+                .iter()
+                .map(|scan| u32::from(scan[channel]))
+                .sum::<u32>()
+        };
+        let all = BlockSums::of_scans(&scans, 5);
+        for channel in 0..CHANNELS {
+            let found = if channel < INERTIAL {
+                all.inertial[channel]
+            } else {
+                all.jacks[channel - INERTIAL]
+            };
+            assert_eq!(
+                found,
+                expected(channel),
+                "{} of {}",
+                NAMES[channel],
+                size.scans()
+            );
+        }
+        assert_eq!((sums, all.first_scan), (all.inertial, 5));
+    }
 }
 
 #[test]

@@ -1,95 +1,126 @@
 //! The sums that the board keeps at the drive frequency while it samples.
 //!
-//! The sixteen scans of a block are added first, and the block's sum s enters each wide sum once, with the sine and
-//! cosine of the phase at the block's centre:
+//! The scans of a block are added first, and the block's sum s enters each wide sum once, with the sine and cosine of
+//! the phase at the block's centre:
 //!
 //! ```text
-//! block b:  s = Σ u     offset += s     drift += b·s     square += s²
+//! block b:  s = Σ u     offset += s     drift += p(b)·s     square += s²
 //!           cosine[k] += s·cos(kθ_b)    sine[k] += s·sin(kθ_b)     θ_b: phase at the block's centre
 //! ```
 //!
-//! Everything is an integer, so the order of additions does not matter and a replay on the host gives the very same
-//! sums. What summing in blocks does to harmonic k, a factor sin(kω·16/2)/sin(kω/2), is undone by
+//! p(b) is the number of the block, or of its place among at most 4096 (see [`Drive`]); θ is 64 bits of a turn, shared
+//! by all channels. Everything is an integer, so the order of additions does not matter and a replay on the host gives
+//! the very same sums. What summing in blocks does to harmonic k, a factor sin(kω·B/2)/sin(kω/2), is undone by
 //! [`super::solution`].
+//!
+//! The sums of a channel take 100 bytes: ten sums of 62 bits, a square of 63, a drift of 53, and an offset of 42, whose
+//! upper ten bits lie above the drift.
 
+use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
+use crate::sampling::{BLOCK, BlockSize, BlockSums};
+use crate::wire::{self, HarmonicState};
 use serde::{Deserialize, Serialize};
 
-use super::{HARMONICS, table};
-use crate::channel::{CHANNELS, Scan};
-use crate::sampling::BLOCK;
-use crate::wire::{Drive, HarmonicState};
+use super::HARMONICS;
+use super::drive::Drive;
+use super::table::Waves;
+
+pub use super::drive::MAX_BLOCKS;
 
 /// Sums of one channel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChannelSums {
     /// Σ s, counts.
     pub offset: i64,
-    /// Σ b·s with b = 0, 1, 2 … the number of the block.
+    /// Σ p·s with p = 0, 1, 2 …, the number of the block as far as 4096 places tell it.
     pub drift: i64,
     /// Σ s².
     pub square: u64,
-    /// Σ s·cos(kθ)·[`table::ONE`], k = 1 to 5.
+    /// Σ s·cos(kθ)·[`super::table::ONE`], k = 1 to 5.
     pub cosine: [i64; HARMONICS],
-    /// Σ s·sin(kθ)·[`table::ONE`], k = 1 to 5.
+    /// Σ s·sin(kθ)·[`super::table::ONE`], k = 1 to 5.
     pub sine: [i64; HARMONICS],
 }
 
-impl ChannelSums {
-    fn add(&mut self, block: u32, sum: i32, waves: &Waves) {
-        let wide = i64::from(sum);
-        self.offset += wide;
-        self.drift += wide * i64::from(block);
-        self.square += (wide * wide) as u64;
-        for k in 0..HARMONICS {
-            self.cosine[k] += wide * i64::from(waves.cosine[k]);
-            self.sine[k] += wide * i64::from(waves.sine[k]);
+/// Where the offset's upper bits begin above the drift.
+const ABOVE_DRIFT: u32 = 54;
+
+/// Sums of `N` channels.
+#[derive(Debug, Clone)]
+struct Sums<const N: usize> {
+    cosine: [[i64; HARMONICS]; N],
+    sine: [[i64; HARMONICS]; N],
+    square: [u64; N],
+    /// The drift, and from [`ABOVE_DRIFT`] on the offset's bits from 32 on.
+    mixed: [u64; N],
+    /// The offset's lower 32 bits.
+    offset: [u32; N],
+}
+
+impl<const N: usize> Sums<N> {
+    const ZERO: Self = Self {
+        cosine: [[0; HARMONICS]; N],
+        sine: [[0; HARMONICS]; N],
+        square: [0; N],
+        mixed: [0; N],
+        offset: [0; N],
+    };
+
+    /// Adds one block at `place` to all sums, the same work for every input.
+    #[inline(never)]
+    fn add(&mut self, block: &[u32; N], waves: &Waves, place: u32) {
+        add_waves(&mut self.cosine, block, &waves.cosine);
+        add_waves(&mut self.sine, block, &waves.sine);
+        for (channel, sum) in block.iter().enumerate() {
+            let wide = u64::from(*sum);
+            self.square[channel] += wide * wide;
+            let (offset, carried) = self.offset[channel].overflowing_add(*sum);
+            self.offset[channel] = offset;
+            self.mixed[channel] += wide * u64::from(place) + (u64::from(carried) << ABOVE_DRIFT);
         }
+    }
+
+    fn channel(&self, channel: usize) -> Option<ChannelSums> {
+        let mixed = *self.mixed.get(channel)?;
+        let above = mixed >> ABOVE_DRIFT << 32;
+        Some(ChannelSums {
+            offset: (above | u64::from(self.offset[channel])) as i64,
+            drift: (mixed & ((1 << ABOVE_DRIFT) - 1)) as i64,
+            square: self.square[channel],
+            cosine: self.cosine[channel],
+            sine: self.sine[channel],
+        })
     }
 }
 
-/// Cosine and sine of the five harmonics at one block's centre.
-pub(super) struct Waves {
-    pub(super) cosine: [i32; HARMONICS],
-    pub(super) sine: [i32; HARMONICS],
-}
-
-impl Waves {
-    /// Looks up all harmonics of the phase at a block's centre.
-    pub(super) fn at(centre: u64) -> Self {
-        let mut waves = Self {
-            cosine: [0; HARMONICS],
-            sine: [0; HARMONICS],
-        };
-        let mut phase = 0u64;
-        for k in 0..HARMONICS {
-            phase = phase.wrapping_add(centre);
-            waves.cosine[k] = table::cosine(phase);
-            waves.sine[k] = table::sine(phase);
+/// Five waves at a time stay in registers.
+#[inline(always)]
+fn add_waves<const N: usize>(
+    sums: &mut [[i64; HARMONICS]; N],
+    block: &[u32; N],
+    waves: &[i32; HARMONICS],
+) {
+    for (sums, block) in sums.iter_mut().zip(block) {
+        for (sum, wave) in sums.iter_mut().zip(waves) {
+            *sum += i64::from(*block as i32) * i64::from(*wave);
         }
-        waves
     }
 }
-
-/// Phase at the centre of block `block`, counted from the first summed one; scan 0 of block 0 has phase zero.
-pub(super) fn centre_phase(drive: &Drive, block: u32) -> u64 {
-    let to_centre = (drive.increment >> 1).wrapping_mul(BLOCK as u64 - 1);
-    drive
-        .increment
-        .wrapping_mul(u64::from(block) * BLOCK as u64)
-        .wrapping_add(to_centre)
-}
-
-/// Longest sum, blocks: beyond it the drift sum of full-scale blocks would overflow.
-pub const MAX_BLOCKS: u32 = 1 << 21;
 
 /// Harmonic sums of all channels at one drive frequency.
 #[derive(Debug, Clone)]
 pub struct Analyser {
-    drive: Option<Drive>,
-    settled: u32,
-    summed: u32,
-    first_scan: u64,
-    sums: [ChannelSums; CHANNELS],
+    increment: u64,
+    size: BlockSize,
+    settle_blocks: u32,
+    /// Zero as long as nothing is asked for.
+    blocks: u32,
+    /// Blocks since the start, those that were let pass included.
+    taken: u32,
+    /// Scan counter of the first scan after the start.
+    began: u64,
+    inertial: Sums<INERTIAL>,
+    jacks: Sums<JACKS>,
 }
 
 impl Default for Analyser {
@@ -102,76 +133,129 @@ impl Analyser {
     /// An analyser that waits for a drive.
     #[must_use]
     pub const fn new() -> Self {
-        const ZERO: ChannelSums = ChannelSums {
-            offset: 0,
-            drift: 0,
-            square: 0,
-            cosine: [0; HARMONICS],
-            sine: [0; HARMONICS],
-        };
         Self {
-            drive: None,
-            settled: 0,
-            summed: 0,
-            first_scan: 0,
-            sums: [ZERO; CHANNELS],
+            increment: 0,
+            size: BlockSize::One,
+            settle_blocks: 0,
+            blocks: 0,
+            taken: 0,
+            began: 0,
+            inertial: Sums::ZERO,
+            jacks: Sums::ZERO,
         }
     }
 
-    /// Whether a drive can be estimated: 0 < f < rate / 160, so that five harmonics pass the block sums, and a length
-    /// between one block and [`MAX_BLOCKS`].
+    /// Whether a drive can be estimated, see [`Drive::is_possible`].
     #[must_use]
-    pub const fn accepts(drive: &Drive) -> bool {
-        let limit = u64::MAX / (10 * BLOCK as u64);
-        drive.increment > 0
-            && drive.increment < limit
-            && drive.blocks > 0
-            && drive.blocks <= MAX_BLOCKS
+    pub fn accepts<'d, D: 'd>(drive: &'d D) -> bool
+    where
+        Drive: From<&'d D>,
+    {
+        Drive::from(drive).is_possible()
     }
 
-    /// Starts anew at this drive with the next block.
-    pub fn start(&mut self, drive: Drive) {
+    /// Starts anew at this drive, which must be possible, with the next block.
+    pub fn start(&mut self, drive: impl Into<Drive>) {
+        let drive = drive.into();
         *self = Self {
-            drive: Some(drive),
+            increment: drive.increment,
+            size: drive.block,
+            settle_blocks: drive.settle_blocks,
+            blocks: drive.blocks,
             ..Self::new()
         };
     }
 
-    /// Takes one block of scans; `first_scan` is the counter of its first scan.
+    /// Takes one block of sixteen scans; `first_scan` is the counter of its first scan.
     pub fn update(&mut self, scans: &[Scan; BLOCK], first_scan: u64) {
-        let Some(drive) = self.drive else { return };
-        if self.settled < drive.settle_blocks {
-            self.settled += 1;
+        self.take(&BlockSums::of_scans(scans, first_scan));
+    }
+
+    /// Takes the sums of one block of the drive's size.
+    ///
+    /// A block that does not follow on the one before it makes a hole, with which no window can be fitted: everything
+    /// begins anew with it, settling included.
+    #[inline(never)]
+    pub fn take(&mut self, block: &BlockSums) {
+        if self.blocks == 0 || self.is_complete() {
             return;
         }
-        if self.summed >= drive.blocks {
-            return;
+        // Stored whether it is new or not: the same work for the first block.
+        self.began = if self.taken == 0 {
+            block.first_scan
+        } else {
+            self.began
+        };
+        if block.first_scan != self.began + self.scans(self.taken) {
+            self.start(self.drive());
+            self.began = block.first_scan;
         }
-        if self.summed == 0 {
-            self.first_scan = first_scan;
+        if let Some(number) = self.taken.checked_sub(self.settle_blocks) {
+            self.add(block, number);
         }
-        let waves = Waves::at(centre_phase(&drive, self.summed));
-        for (channel, sums) in self.sums.iter_mut().enumerate() {
-            let sum = scans.iter().map(|scan| i32::from(scan[channel])).sum();
-            sums.add(self.summed, sum, &waves);
+        self.taken += 1;
+    }
+
+    fn add(&mut self, block: &BlockSums, number: u32) {
+        let drive = self.drive();
+        let waves = Waves::at((drive.centre_phase(number) >> 32) as u32);
+        let place = drive.place(number);
+        self.inertial.add(&block.inertial, &waves, place);
+        self.jacks.add(&block.jacks, &waves, place);
+    }
+
+    fn drive(&self) -> Drive {
+        Drive {
+            increment: self.increment,
+            block: self.size,
+            settle_blocks: self.settle_blocks,
+            blocks: self.blocks,
         }
-        self.summed += 1;
+    }
+
+    fn scans(&self, blocks: u32) -> u64 {
+        u64::from(blocks) * self.size.scans() as u64
+    }
+
+    fn is_complete(&self) -> bool {
+        self.taken.saturating_sub(self.settle_blocks) >= self.blocks
     }
 
     /// How far the sums are.
     #[must_use]
     pub fn state(&self) -> HarmonicState {
-        match self.drive {
-            None => HarmonicState::Idle,
-            Some(drive) if self.settled < drive.settle_blocks => HarmonicState::Settling,
-            Some(drive) if self.summed < drive.blocks => HarmonicState::Summing,
-            Some(_) => HarmonicState::Complete,
+        if self.blocks == 0 {
+            HarmonicState::Idle
+        } else if self.taken < self.settle_blocks {
+            HarmonicState::Settling
+        } else if self.is_complete() {
+            HarmonicState::Complete
+        } else {
+            HarmonicState::Summing
         }
     }
 
     /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or no such channel.
     #[must_use]
-    pub fn report(&self, channel: usize) -> Option<(Drive, u64, ChannelSums)> {
-        Some((self.drive?, self.first_scan, *self.sums.get(channel)?))
+    pub fn report(&self, channel: usize) -> Option<(wire::Drive, u64, ChannelSums)> {
+        if self.blocks == 0 || channel >= CHANNELS {
+            return None;
+        }
+        let sums = match channel.checked_sub(INERTIAL) {
+            None => self.inertial.channel(channel),
+            Some(jack) => self.jacks.channel(jack),
+        };
+        let drive = wire::Drive {
+            increment: self.increment,
+            settle_blocks: self.settle_blocks,
+            blocks: self.blocks,
+        };
+        let begun = self.taken > self.settle_blocks;
+        let first = if begun {
+            self.began + self.scans(self.settle_blocks)
+        } else {
+            0
+        };
+        Some((drive, first, sums?))
     }
 }

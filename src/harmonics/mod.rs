@@ -13,17 +13,20 @@
 //! The offset column is needed because a signal rides on gravity, the drift column because sensors creep; without
 //! them neither a fraction of a period too much nor a creeping zero would stay out of the amplitude.
 //!
+//! - [`drive`]: the frequency, and how long to settle and to sum.
 //! - [`table`]: sines as integers, looked up by a 64-bit phase.
 //! - [`analyser`]: the sums that the board keeps while it samples, integers only, the same work for every block.
 //! - [`solution`]: from sums to harmonics, in `f64`, at report time.
 //! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
 
 pub mod analyser;
+pub mod drive;
 pub mod series;
 pub mod solution;
 pub mod table;
 
 pub use analyser::{Analyser, ChannelSums};
+pub use drive::{Drive, increment};
 pub use series::{Series, fit_frequency};
 pub use solution::solve;
 

@@ -8,22 +8,25 @@
 //! ```
 //!
 //! holds exactly for every signal of the model's form, whatever the table's rounding. X holds block sums of the
-//! regressors; that of harmonic k is cos(kθ)·D with D = sin(kω·16/2) / sin(kω/2), θ the phase at the block's centre.
+//! regressors; that of harmonic k is cos(kθ)·D with D = sin(kω·B/2) / sin(kω/2), θ the phase at the block's centre.
 //! Z is replayed from the drive, so nothing but the sums has to travel.
 
 use nalgebra::{SMatrix, SVector};
 
-use super::analyser::{ChannelSums, Waves, centre_phase};
-use super::{HARMONICS, Harmonics, REGRESSORS, table};
-use crate::sampling::BLOCK;
-use crate::wire::Drive;
+use super::analyser::ChannelSums;
+use super::drive::{Drive, radians};
+use super::table::{self, Waves};
+use super::{HARMONICS, Harmonics, REGRESSORS};
 
 type Square = SMatrix<f64, REGRESSORS, REGRESSORS>;
-const TURN: f64 = 18_446_744_073_709_551_616.0;
 
 /// Harmonics of one channel from its sums, in counts; `None` when the blocks do not determine twelve unknowns.
 #[must_use]
-pub fn solve(drive: &Drive, sums: &ChannelSums) -> Option<Harmonics> {
+pub fn solve(drive: impl Into<Drive>, sums: &ChannelSums) -> Option<Harmonics> {
+    let drive = &drive.into();
+    if !drive.is_possible() {
+        return None;
+    }
     let (crossed, instruments) = replay(drive);
     let moments = moments(drive, sums);
     let inverse = crossed.try_inverse()?;
@@ -35,29 +38,29 @@ pub fn solve(drive: &Drive, sums: &ChannelSums) -> Option<Harmonics> {
     let residual_square = residual_square(drive, sums, &instruments, &moments)?;
     let variance = residual_square / f64::from(freedom);
     let covariance = inverse * instruments * inverse.transpose() * variance;
-    let rms = libm::sqrt(residual_square / f64::from(drive.blocks)) / BLOCK as f64;
+    let rms = libm::sqrt(residual_square / f64::from(drive.blocks)) / drive.block.scans() as f64;
     Some(Harmonics::from_fit(&unknowns, &covariance, rms))
 }
 
 /// ZᵀX and ZᵀZ over the blocks of the drive.
 fn replay(drive: &Drive) -> (Square, Square) {
     let (mut crossed, mut instruments) = (Square::zeros(), Square::zeros());
-    let omega = core::f64::consts::TAU * drive.increment as f64 / TURN;
+    let (omega, scans) = (drive.omega(), drive.block.scans() as f64);
     let gain: [f64; HARMONICS] = core::array::from_fn(|k| {
         let half = (k + 1) as f64 * omega / 2.0;
-        libm::sin(half * BLOCK as f64) / libm::sin(half)
+        libm::sin(half * scans) / libm::sin(half)
     });
     for block in 0..drive.blocks {
-        let centre = centre_phase(drive, block);
-        let waves = Waves::at(centre);
-        let place = place(drive, block);
+        let centre = drive.centre_phase(block);
+        let waves = Waves::at((centre >> 32) as u32);
         let (mut z, mut x) = (
             SVector::<f64, REGRESSORS>::zeros(),
             SVector::<f64, REGRESSORS>::zeros(),
         );
-        (z[0], z[1], x[0], x[1]) = (1.0, place, BLOCK as f64, place * BLOCK as f64);
+        (z[0], z[1]) = (1.0, weighed_place(drive, block));
+        (x[0], x[1]) = (scans, place(drive, block) * scans);
         for k in 0..HARMONICS {
-            let theta = core::f64::consts::TAU * (centre.wrapping_mul(k as u64 + 1) as f64 / TURN);
+            let theta = radians(centre.wrapping_mul(k as u64 + 1));
             let (sine, cosine) = libm::sincos(theta);
             (z[2 + 2 * k], z[3 + 2 * k]) = (f64::from(waves.cosine[k]), f64::from(waves.sine[k]));
             (x[2 + 2 * k], x[3 + 2 * k]) = (gain[k] * cosine, gain[k] * sine);
@@ -75,14 +78,24 @@ fn place(drive: &Drive, block: u32) -> f64 {
     (f64::from(block) + 0.5) / f64::from(drive.blocks) - 0.5
 }
 
+/// The same as the drift sum weighs it: cut off to the places that it tells apart.
+fn weighed_place(drive: &Drive, block: u32) -> f64 {
+    (f64::from(drive.place(block)) + 0.5) / places(drive) as f64 - 0.5
+}
+
+/// Places that the drift sum tells apart.
+fn places(drive: &Drive) -> i128 {
+    i128::from(drive.place(drive.blocks - 1)) + 1
+}
+
 /// Zᵀs.
 fn moments(drive: &Drive, sums: &ChannelSums) -> SVector<f64, REGRESSORS> {
-    let blocks = i128::from(drive.blocks);
-    // Σ s·place = (2·Σ b·s − (N − 1)·Σ s) / 2N, exact in integers before it becomes a float.
-    let drift = 2 * i128::from(sums.drift) - (blocks - 1) * i128::from(sums.offset);
+    let places = places(drive);
+    // Σ s·place = (2·Σ p·s − (P − 1)·Σ s) / 2P, exact in integers before it becomes a float.
+    let drift = 2 * i128::from(sums.drift) - (places - 1) * i128::from(sums.offset);
     let mut moments = SVector::zeros();
     moments[0] = sums.offset as f64;
-    moments[1] = drift as f64 / (2 * blocks) as f64;
+    moments[1] = drift as f64 / (2 * places) as f64;
     for k in 0..HARMONICS {
         moments[2 + 2 * k] = sums.cosine[k] as f64 / f64::from(table::ONE);
         moments[3 + 2 * k] = sums.sine[k] as f64 / f64::from(table::ONE);

@@ -1,0 +1,110 @@
+//! What an analyser is asked for: a frequency, a block, how long to let pass and how long to sum.
+
+use super::HARMONICS;
+use crate::sampling::BlockSize;
+use crate::wire;
+
+/// Longest sum, blocks: beyond it the sums of full-scale blocks could overflow.
+pub const MAX_BLOCKS: u32 = 1 << 21;
+/// Places in the window that the drift sum tells apart, at most.
+const PLACES_BITS: u32 = 12;
+/// One turn of phase.
+const TURN: f64 = 18_446_744_073_709_551_616.0;
+
+/// One drive frequency to estimate at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Drive {
+    /// Phase advance for each scan, in turns · 2⁶⁴: f / (scan rate) · 2⁶⁴, see [`increment`].
+    pub increment: u64,
+    /// Scans that are added up before they meet sine and cosine.
+    pub block: BlockSize,
+    /// Blocks to let pass before summing.
+    pub settle_blocks: u32,
+    /// Blocks to sum over.
+    pub blocks: u32,
+}
+
+impl Drive {
+    /// Whether it can be estimated: a frequency above zero whose fifth harmonic turns by less than half a turn in a
+    /// block (5f·B / rate < ½), and 1 to [`MAX_BLOCKS`] blocks.
+    #[must_use]
+    pub const fn is_possible(&self) -> bool {
+        let limit = u64::MAX / (2 * HARMONICS as u64 * self.block.scans() as u64);
+        self.increment > 0 && self.increment < limit && self.blocks > 0 && self.blocks <= MAX_BLOCKS
+    }
+
+    /// Radians for each scan.
+    pub(super) fn omega(&self) -> f64 {
+        radians(self.increment)
+    }
+
+    /// Phase at the centre of block `block`, counted from the first summed one; scan 0 of block 0 has phase zero.
+    pub(super) fn centre_phase(&self, block: u32) -> u64 {
+        let scans = self.block.scans() as u64;
+        let to_centre = (self.increment >> 1).wrapping_mul(scans - 1);
+        self.increment
+            .wrapping_mul(u64::from(block) * scans)
+            .wrapping_add(to_centre)
+    }
+
+    /// Place of block `block` in the window as the drift sum weighs it: the number of the block, with so many bits cut
+    /// off that 4096 places are enough.
+    pub(super) fn place(&self, block: u32) -> u32 {
+        let bits = u32::BITS - self.blocks.saturating_sub(1).leading_zeros();
+        block >> bits.saturating_sub(PLACES_BITS)
+    }
+}
+
+impl From<&wire::Drive> for Drive {
+    fn from(drive: &wire::Drive) -> Self {
+        Self {
+            increment: drive.increment,
+            block: BlockSize::default(),
+            settle_blocks: drive.settle_blocks,
+            blocks: drive.blocks,
+        }
+    }
+}
+
+impl From<wire::Drive> for Drive {
+    fn from(drive: wire::Drive) -> Self {
+        Self::from(&drive)
+    }
+}
+
+impl From<&Drive> for Drive {
+    fn from(drive: &Drive) -> Self {
+        *drive
+    }
+}
+
+/// A phase of turns · 2⁶⁴ in rad.
+pub(super) fn radians(phase: u64) -> f64 {
+    core::f64::consts::TAU * (phase as f64 / TURN)
+}
+
+/// Phase advance for each scan of `frequency_hz` at `rate_hz`, in turns · 2⁶⁴.
+///
+/// The frequency is taken as the exact number that the `f64` is, and the quotient is cut off at 2⁻⁶⁴ of a turn: after
+/// 2.4 million scans (ten minutes at 4 kHz) the phase is off by less than 1e-12 rad. `None` when the frequency is not
+/// above zero, or is half the rate or more, or the rate is zero.
+#[must_use]
+pub fn increment(frequency_hz: f64, rate_hz: u32) -> Option<u64> {
+    let possible = frequency_hz > 0.0 && frequency_hz < f64::from(rate_hz) / 2.0;
+    if !possible {
+        return None;
+    }
+    const MANTISSA_BITS: u32 = 52;
+    const BIAS: i32 = 1023;
+    let bits = frequency_hz.to_bits();
+    let exponent = (bits >> MANTISSA_BITS) as i32 - BIAS - MANTISSA_BITS as i32;
+    let mantissa = u128::from(bits & ((1 << MANTISSA_BITS) - 1) | 1 << MANTISSA_BITS);
+    // mantissa · 2^(64 + exponent) / rate: first as many bits to the left as there is room for.
+    let left = 64 + exponent;
+    let turns = if left >= 0 {
+        (mantissa << left) / u128::from(rate_hz)
+    } else {
+        mantissa.checked_shr(left.unsigned_abs()).unwrap_or(0) / u128::from(rate_hz)
+    };
+    u64::try_from(turns).ok().filter(|increment| *increment > 0)
+}

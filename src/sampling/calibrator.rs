@@ -1,0 +1,150 @@
+//! Calibrated values of every scan.
+//!
+//! Each triad has an offset u0 (counts at zero input) and a full 3×3 matrix M (physical unit per count):
+//!
+//! ```text
+//! value = M · (c·u − u0)          c = VDDA / 3.300 V, the supply factor
+//!       = (c·M) · (u − u0/c)
+//! ```
+//!
+//! A converter measures against its supply, so a supply that rises by 0.1 % lowers every count by 0.1 %. The board
+//! measures its supply against the chip's reference; c makes counts mean the same at every supply. It changes seldom,
+//! so c·M and u0/c are [`Prepared`] when it does, and a scan costs one subtraction for each channel and one product
+//! for each matrix element.
+//!
+//! Board and host compute in `f32` in the order written here, every operation rounded for itself, so that a host that
+//! has the raw counts, the supply factor and the active set recomputes the board's values bit for bit.
+
+use crate::channel::{INERTIAL, Scan, Triad};
+use crate::store::{CoefficientSet, TriadCoefficients};
+
+/// Calibrated values of one scan: m/s², rad/s², rad/s, in the order of [`crate::channel::NAMES`].
+pub type Values = [f32; INERTIAL];
+
+const TRIADS: usize = Triad::ALL.len();
+
+/// Offset (counts) and matrix (physical unit per count) of one triad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct TriadMap {
+    offset: [f32; 3],
+    matrix: [[f32; 3]; 3],
+}
+
+impl TriadMap {
+    #[inline(always)]
+    fn apply(&self, counts: [f32; 3]) -> [f32; 3] {
+        let [x, y, z] = [
+            counts[0] - self.offset[0],
+            counts[1] - self.offset[1],
+            counts[2] - self.offset[2],
+        ];
+        self.matrix.map(|[a, b, c]| a * x + b * y + c * z)
+    }
+}
+
+/// The coefficients of a set, at the nominal supply.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrator {
+    triads: [TriadMap; TRIADS],
+}
+
+impl Calibrator {
+    /// Takes the offsets and matrices out of a coefficient set.
+    #[must_use]
+    pub fn new(set: &CoefficientSet) -> Self {
+        Self::of_triads(&set.triads)
+    }
+
+    /// As [`Self::new`], from the triads of a set.
+    #[must_use]
+    pub fn of_triads(triads: &[TriadCoefficients; TRIADS]) -> Self {
+        Self {
+            triads: triads.each_ref().map(|triad| TriadMap {
+                offset: triad.offset,
+                matrix: triad.matrix,
+            }),
+        }
+    }
+
+    /// The coefficients as the sample path uses them at supply factor `supply` (dimensionless, about 1).
+    #[must_use]
+    pub fn at_supply(&self, supply: f32) -> Prepared {
+        Prepared {
+            triads: self.triads.map(|triad| TriadMap {
+                offset: triad.offset.map(|offset| offset / supply),
+                matrix: triad.matrix.map(|row| row.map(|element| element * supply)),
+            }),
+        }
+    }
+
+    /// Calibrated values of one scan taken at supply factor `supply`; for many scans prepare once.
+    #[must_use]
+    pub fn apply(&self, scan: &Scan, supply: f32) -> Values {
+        self.at_supply(supply)
+            .apply(&core::array::from_fn(|channel| scan[channel]))
+    }
+}
+
+/// Coefficients at one supply: c·M and u0/c of each triad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    triads: [TriadMap; TRIADS],
+}
+
+impl Prepared {
+    /// Without a set every value is zero, for the same work.
+    pub const NONE: Self = Self {
+        triads: [TriadMap {
+            offset: [0.0; 3],
+            matrix: [[0.0; 3]; 3],
+        }; TRIADS],
+    };
+
+    /// Calibrated values of one scan's inertial channels.
+    #[must_use]
+    pub fn apply(&self, scan: &[u16; INERTIAL]) -> Values {
+        let mut values = [0.0; INERTIAL];
+        for (index, triad) in self.triads.iter().enumerate() {
+            let counts = [0, 1, 2].map(|axis| f32::from(scan[3 * index + axis]));
+            values[3 * index..3 * index + 3].copy_from_slice(&triad.apply(counts));
+        }
+        values
+    }
+
+    /// Calibrated values of all scans of a block, and the sum of each channel over it (counts), the same work for
+    /// every input.
+    ///
+    /// `values` has room for as many scans as there are; scans beyond its end are left out of both. One triad at a
+    /// time goes through the whole block, so that its twelve coefficients stay in registers.
+    #[inline(never)]
+    pub fn block(
+        &self,
+        scans: &[[u16; INERTIAL]],
+        values: &mut [Values],
+        sums: &mut [u32; INERTIAL],
+    ) {
+        self.triad::<0>(scans, values, sums);
+        self.triad::<3>(scans, values, sums);
+        self.triad::<6>(scans, values, sums);
+    }
+
+    #[inline(always)]
+    fn triad<const FIRST: usize>(
+        &self,
+        scans: &[[u16; INERTIAL]],
+        values: &mut [Values],
+        sums: &mut [u32; INERTIAL],
+    ) {
+        let triad = self.triads[FIRST / 3];
+        let mut totals = [0_u32; 3];
+        for (scan, values) in scans.iter().zip(values) {
+            let counts = [scan[FIRST], scan[FIRST + 1], scan[FIRST + 2]].map(u32::from);
+            for (total, count) in totals.iter_mut().zip(counts) {
+                *total += count;
+            }
+            let calibrated = triad.apply(counts.map(|count| count as f32));
+            values[FIRST..FIRST + 3].copy_from_slice(&calibrated);
+        }
+        sums[FIRST..FIRST + 3].copy_from_slice(&totals);
+    }
+}
