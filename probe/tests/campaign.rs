@@ -171,6 +171,20 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
 }
 
 #[test]
+fn a_board_whose_pose_is_off_by_a_micrometre_does_not_pass() {
+    let bench = Bench::new(|board| board.fault = Fault::PoseOff(1e-6));
+    assert!(bench.record("calibrate").status.success());
+    assert!(bench.hexsense(&["upload", "campaign"]).status.success());
+    let verified = bench.record("verify");
+    let said = String::from_utf8(verified.stderr).unwrap();
+    assert!(!verified.status.success());
+    assert!(
+        said.contains("the board's pose is off by") && said.contains("limit of 5e-7 m"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_campaign_that_broke_off_goes_on_where_it_was() {
     // The zero run takes 625 blocks; the board dies in the run after it.
     // The zero run takes about 700 blocks; the board dies in the run after it, and the base goes home meanwhile.

@@ -9,7 +9,7 @@ use fake::flash::Flash;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
-use hexsense::wire::{StreamContent, VERSION};
+use hexsense::wire::{Refusal, StreamContent, VERSION};
 use hexsense_probe::link::{Client, LinkError, ProtocolError, TransportError, UploadError};
 
 const COUNTS: StreamContent = StreamContent {
@@ -111,6 +111,34 @@ fn blocks_arrive_in_order_beside_answers() {
         }
         last = Some(block.header.first_scan);
     }
+}
+
+#[test]
+fn a_pose_comes_with_each_block_and_only_with_a_set() {
+    let mut client = connect(&board(|_| {})).unwrap();
+    let poses = StreamContent {
+        pose: true,
+        ..COUNTS
+    };
+    let refused = client.stream(poses).unwrap_err();
+    assert!(
+        matches!(refused, LinkError::Refused(Refusal::NoSet)),
+        "{refused}"
+    );
+    let id = client.upload(&encoded(1)).unwrap().id;
+    client.stream(poses).unwrap();
+    for _ in 0..20 {
+        let block = client.block(Duration::from_secs(1)).unwrap();
+        let report = client.pose(Duration::from_secs(1)).unwrap();
+        assert_eq!(
+            (report.first_scan, report.set),
+            (block.header.first_scan, id)
+        );
+        // Mid-scale is mid-stroke, which is home.
+        let height = report.outcome.unwrap().position_m[1];
+        assert!((height - 2.129757).abs() < 1e-6, "{height}");
+    }
+    assert!(client.take_poses().is_empty());
 }
 
 #[test]
