@@ -7,7 +7,7 @@
 //! At full amplitude it repeats after 1/f₀, so that a window of whole periods of the fundamental holds whole periods
 //! of every line, and no line leaks into another. Degrees of freedom that share f₀ and no harmonic can therefore be
 //! driven at the same time and told apart afterwards; [`shared`] finds what they share. Phases are those of
-//! [`low_crest_phases`](super::crest::low_crest_phases).
+//! [`low_crest_phases`].
 
 use core::f64::consts::TAU;
 
