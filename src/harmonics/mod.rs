@@ -14,21 +14,24 @@
 //! them neither a fraction of a period too much nor a creeping zero would stay out of the amplitude.
 //!
 //! - [`drive`]: the frequency, and how long to settle and to sum.
+//! - [`choice`]: how large a block may be for it, and what blocks cost.
 //! - [`table`]: sines as integers, looked up by a 64-bit phase.
 //! - [`analyser`]: the sums that the board keeps while it samples, integers only, the same work for every block.
 //! - [`solution`]: from sums to harmonics, in `f64`, at report time.
 //! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
 
 pub mod analyser;
+pub mod choice;
 pub mod drive;
 pub mod series;
 pub mod solution;
 pub mod table;
 
 pub use analyser::{Analyser, ChannelSums};
+pub use choice::largest_block;
 pub use drive::{Drive, increment};
 pub use series::{Series, fit_frequency};
-pub use solution::solve;
+pub use solution::{solve, solve_channel};
 
 use nalgebra::{SMatrix, SVector};
 
@@ -73,7 +76,25 @@ pub struct Harmonics {
     pub residual_rms: f64,
     /// Standard uncertainty of the first harmonic's amplitude, from the residuals taken as white.
     pub amplitude_uncertainty: f64,
+    /// Standard uncertainties of everything, from the residuals taken as white.
+    pub uncertainty: Uncertainty,
 }
+
+/// Standard uncertainties of a fit.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Uncertainty {
+    /// Of the mean over the window, in the unit of the signal.
+    pub offset: f64,
+    /// Of the change from the window's start to its end.
+    pub drift: f64,
+    /// Of the harmonics' amplitudes.
+    pub amplitude: [f64; HARMONICS],
+    /// Of the harmonics' phases, rad; π/√3, that of no knowledge, for a harmonic that is lost in noise.
+    pub phase: [f64; HARMONICS],
+}
+
+/// Standard deviation of an angle of which nothing is known: π/√3.
+const ANY_PHASE: f64 = 1.813_799_364_234_218;
 
 impl Harmonics {
     /// The harmonic at the drive frequency.
@@ -92,6 +113,21 @@ impl Harmonics {
         libm::sqrt(overtones) / self.first().amplitude()
     }
 
+    /// The same signal with the phases that it would have if it had been sampled `early_rad` of the drive's phase
+    /// earlier: a channel that is converted τ after the trigger reads as late as ωτ too little in every phase, and
+    /// `early_rad` = ωτ refers it to the trigger.
+    #[must_use]
+    pub fn sampled_earlier(mut self, early_rad: f64) -> Self {
+        for (k, harmonic) in (1..).zip(&mut self.harmonics) {
+            let (sine, cosine) = libm::sincos(f64::from(k) * early_rad);
+            *harmonic = Harmonic {
+                cosine: harmonic.cosine * cosine - harmonic.sine * sine,
+                sine: harmonic.cosine * sine + harmonic.sine * cosine,
+            };
+        }
+        self
+    }
+
     fn from_fit(
         unknowns: &SVector<f64, REGRESSORS>,
         covariance: &SMatrix<f64, REGRESSORS, REGRESSORS>,
@@ -101,19 +137,49 @@ impl Harmonics {
             cosine: unknowns[2 + 2 * k],
             sine: unknowns[3 + 2 * k],
         });
-        let (first, amplitude) = (unknowns.fixed_rows::<2>(2), harmonics[0].amplitude());
-        let variance = first.dot(&(covariance.fixed_view::<2, 2>(2, 2) * first));
-        let amplitude_uncertainty = if amplitude > 0.0 {
-            libm::sqrt(variance.max(0.0)) / amplitude
-        } else {
-            0.0
-        };
+        let uncertainty = Uncertainty::of_fit(&harmonics, covariance);
         Self {
             offset: unknowns[0],
             drift: unknowns[1],
             harmonics,
             residual_rms,
-            amplitude_uncertainty,
+            amplitude_uncertainty: uncertainty.amplitude[0],
+            uncertainty,
+        }
+    }
+}
+
+impl Uncertainty {
+    fn of_fit(
+        harmonics: &[Harmonic; HARMONICS],
+        covariance: &SMatrix<f64, REGRESSORS, REGRESSORS>,
+    ) -> Self {
+        // Along the harmonic's own direction is the amplitude, across it the phase.
+        let along = |k: usize, direction: [f64; 2]| {
+            let direction = SVector::from(direction);
+            let part = covariance.fixed_view::<2, 2>(2 + 2 * k, 2 + 2 * k);
+            libm::sqrt(direction.dot(&(part * direction)).max(0.0))
+        };
+        let unit = |k: usize| {
+            let (harmonic, amplitude) = (&harmonics[k], harmonics[k].amplitude());
+            if amplitude > 0.0 {
+                [harmonic.cosine / amplitude, harmonic.sine / amplitude]
+            } else {
+                [1.0, 0.0]
+            }
+        };
+        let of_phase = |k: usize| {
+            let [cosine, sine] = unit(k);
+            let across = along(k, [-sine, cosine]);
+            // Not a number when both are zero: nothing was measured, nothing is known.
+            let phase = across / harmonics[k].amplitude();
+            if phase < ANY_PHASE { phase } else { ANY_PHASE }
+        };
+        Self {
+            offset: libm::sqrt(covariance[(0, 0)].max(0.0)),
+            drift: libm::sqrt(covariance[(1, 1)].max(0.0)),
+            amplitude: core::array::from_fn(|k| along(k, unit(k))),
+            phase: core::array::from_fn(of_phase),
         }
     }
 }

@@ -17,6 +17,7 @@ use super::analyser::ChannelSums;
 use super::drive::{Drive, radians};
 use super::table::{self, Waves};
 use super::{HARMONICS, Harmonics, REGRESSORS};
+use crate::sampling::instant_s;
 
 type Square = SMatrix<f64, REGRESSORS, REGRESSORS>;
 
@@ -40,6 +41,20 @@ pub fn solve(drive: impl Into<Drive>, sums: &ChannelSums) -> Option<Harmonics> {
     let covariance = inverse * instruments * inverse.transpose() * variance;
     let rms = libm::sqrt(residual_square / f64::from(drive.blocks)) / drive.block.scans() as f64;
     Some(Harmonics::from_fit(&unknowns, &covariance, rms))
+}
+
+/// As [`solve`], with the phases at the trigger of the first scan: the delay of the channel's conversion (see
+/// [`instant_s`]) is taken out, so that channels of different ranks can be compared.
+#[must_use]
+pub fn solve_channel(
+    drive: impl Into<Drive>,
+    rate_hz: u32,
+    channel: usize,
+    sums: &ChannelSums,
+) -> Option<Harmonics> {
+    let drive = drive.into();
+    let late_scans = instant_s(channel) * f64::from(rate_hz);
+    Some(solve(drive, sums)?.sampled_earlier(drive.omega() * late_scans))
 }
 
 /// ZᵀX and ZᵀZ over the blocks of the drive.

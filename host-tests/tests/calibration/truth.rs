@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use hexsense::calibration::truth::{Site, coordinates, sine_truth, specific_force_at_rest};
 use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense::harmonics::{Harmonic, Harmonics, Series};
+use hexsense::harmonics::{Harmonic, Harmonics, Series, Uncertainty};
 use hexsense::kinematics::{Angles, Convention, Geometry, Pose};
 use nalgebra::{Complex, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -145,6 +145,7 @@ fn harmonics(offset: f64, waves: &[(f64, f64)]) -> Harmonics {
         harmonics,
         residual_rms: 0.0,
         amplitude_uncertainty: 0.0,
+        uncertainty: Uncertainty::default(),
     }
 }
 

@@ -14,7 +14,7 @@ use hexsense::calibration::budget::{Budget, Cause};
 use hexsense::calibration::triad::Noise;
 use hexsense::channel::{INERTIAL, JACKS, NAMES, Triad};
 use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense::harmonics::{HARMONICS, Harmonic, Harmonics};
+use hexsense::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
 
 use super::ideal::{Ideal, RATE_HZ};
 use super::{Plan, Purpose, Run};
@@ -221,6 +221,7 @@ fn no_heave(zero: &Rest) -> Sweep {
         }; HARMONICS],
         residual_rms: 0.0,
         amplitude_uncertainty: 0.0,
+        uncertainty: Uncertainty::default(),
     };
     let group = 4;
     let jacks: [f64; JACKS] = core::array::from_fn(|jack| zero.counts[INERTIAL + jack]);

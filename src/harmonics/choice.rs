@@ -1,0 +1,92 @@
+//! How large a block may be for a drive frequency.
+//!
+//! Adding up B scans before they meet sine and cosine costs little work, is undone exactly for the signal that is
+//! looked for, and has two prices:
+//!
+//! - **Noise.** The sum sees harmonic k smaller by sin(πkfB/r) / (B sin(πkf/r)) at scan rate r, the noise as it is.
+//!   At 5fB/r = [`LARGEST_TURN`] = 0.1 the fifth harmonic's standard deviation is 1.7 % above the bound for single
+//!   scans; that of the first 0.07 %.
+//! - **Interference.** The blocks come at r/B, so that a disturbance at m·r/B ± kf looks like harmonic k. The sum
+//!   weakens it, as any frequency near m·r/B, but only by about kfB/(m·r) against the harmonic: a disturbance of 1 %
+//!   of full scale at exactly such a frequency can move the first harmonic by some 5e-4 of full scale, where single
+//!   scans would let through nothing. Nothing in the sums tells that it happened.
+//!
+//! So a block is chosen such that no frequency that is known to be there (mains and its multiples, servo and structure
+//! frequencies) lies near m·r/B ± kf. A disturbance that is not known is not avoided: choose small blocks where the
+//! base's vibration is unknown, and have the captures, which hold every scan, judge.
+
+use super::HARMONICS;
+use crate::sampling::BlockSize;
+
+/// Largest turn of the fifth harmonic in one block.
+pub const LARGEST_TURN: f64 = 0.1;
+
+/// A known disturbance that a block would mistake for a harmonic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mistaken {
+    /// The disturbance, Hz.
+    pub line_hz: f64,
+    /// The multiple m of the block rate that it lies beside.
+    pub multiple: u32,
+    /// The harmonic that it looks like, 1 to 5.
+    pub harmonic: u32,
+}
+
+/// The first of `lines_hz` that lies within `distance_hz` of m·r/B ± kf for an m above zero, in blocks of `block` at
+/// `rate_hz`; `None` when there is none.
+///
+/// What single scans would mistake too (m a multiple of B) is not the block's doing and does not count.
+#[must_use]
+pub fn mistaken(
+    frequency_hz: f64,
+    rate_hz: f64,
+    block: BlockSize,
+    lines_hz: &[f64],
+    distance_hz: f64,
+) -> Option<Mistaken> {
+    let scans = block.scans() as f64;
+    let block_rate_hz = rate_hz / scans;
+    let shifted = |line_hz: f64, harmonic: u32| {
+        let shift = f64::from(harmonic) * frequency_hz;
+        [line_hz - shift, line_hz + shift].into_iter().find_map(|at| {
+            let multiple = libm::round(at / block_rate_hz);
+            let near = libm::fabs(at - multiple * block_rate_hz) < distance_hz;
+            let of_blocks_alone = multiple > 0.0 && libm::fmod(multiple, scans) != 0.0;
+            (near && of_blocks_alone).then_some(Mistaken {
+                line_hz,
+                multiple: multiple as u32,
+                harmonic,
+            })
+        })
+    };
+    lines_hz
+        .iter()
+        .find_map(|line_hz| (1..=HARMONICS as u32).find_map(|harmonic| shifted(*line_hz, harmonic)))
+}
+
+/// The largest block for a drive at `frequency_hz`, scanned at `rate_hz`, beside disturbances at `lines_hz` that are to
+/// stay `distance_hz` away from what would be mistaken for a harmonic (twice the reciprocal of the summed time is far
+/// enough for a steady disturbance).
+///
+/// Single scans are the last resort, whatever disturbs them. `None` when even they cannot hold five harmonics, that is
+/// from a tenth of the scan rate on, or when the frequency is not above zero.
+#[must_use]
+pub fn largest_block(
+    frequency_hz: f64,
+    rate_hz: f64,
+    lines_hz: &[f64],
+    distance_hz: f64,
+) -> Option<BlockSize> {
+    let turn = HARMONICS as f64 * frequency_hz / rate_hz;
+    let possible = frequency_hz > 0.0 && turn < 0.5;
+    possible.then(|| {
+        BlockSize::ALL
+            .into_iter()
+            .rev()
+            .find(|block| {
+                turn * block.scans() as f64 <= LARGEST_TURN
+                    && mistaken(frequency_hz, rate_hz, *block, lines_hz, distance_hz).is_none()
+            })
+            .unwrap_or(BlockSize::One)
+    })
+}
