@@ -191,9 +191,9 @@ fn fit_rows(
         }
         for sine in sines {
             let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
-            let weight = sine_weight(sine, sensor, noise);
-            equations.add(&sine_row(sine, |c| c.re), undelayed.re, weight);
-            equations.add(&sine_row(sine, |c| c.im), undelayed.im, weight);
+            let [re, im] = part_variances(sine, sensor, noise);
+            equations.add(&sine_row(sine, |c| c.re), undelayed.re, 1.0 / re);
+            equations.add(&sine_row(sine, |c| c.im), undelayed.im, 1.0 / im);
         }
         // Offsets of runs without holds are determined to be zero, so that one kind of fit serves every triad.
         for run in (0..HOLD_RUNS).filter(|run| !holds.iter().any(|hold| hold.run == *run)) {
@@ -226,11 +226,18 @@ fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
     1.0 / (white + noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s)
 }
 
-/// 1/variance of the real or imaginary part of an amplitude estimated over T: the density of all noise at the drive
-/// frequency, squared, over T. A walk has the density √2·walk/ω there.
-fn sine_weight(sine: &SineRun, sensor: usize, noise: &Noise) -> f64 {
+/// Variances of the real and the imaginary part of an amplitude estimated over T: the density of all noise at the drive
+/// frequency, squared, over T. A walk has the density √2·walk/ω there. The imaginary part, a sine over whole periods
+/// from its zero on, shares the window with the drift that is fitted beside it: over P periods its variance is larger
+/// by 1/(1 − 6/π²P²).
+fn part_variances(sine: &SineRun, sensor: usize, noise: &Noise) -> [f64; 2] {
     let walk = noise.walk[sensor] / sine.omega;
-    sine.length_s / (noise.density[sensor] * noise.density[sensor] + 2.0 * walk * walk)
+    let density = noise.density[sensor] * noise.density[sensor] + 2.0 * walk * walk;
+    // πP = ωT/2; a fit needs a period at least.
+    let half_turns = (sine.omega * sine.length_s / 2.0).max(core::f64::consts::PI);
+    let shared = 6.0 / (half_turns * half_turns);
+    let variance = density / sine.length_s;
+    [variance, variance / (1.0 - shared)]
 }
 
 /// By how much the sensors still lag behind the fitted sensitivity.
@@ -255,7 +262,9 @@ impl Lag {
                 let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
                 moment -= (model.conj() * undelayed).im * sine.omega;
                 let square = model.norm_sqr() * sine.omega * sine.omega;
-                variance += square / sine_weight(sine, sensor, noise);
+                let [re, im] = part_variances(sine, sensor, noise);
+                let spread = model.re * model.re * im + model.im * model.im * re;
+                variance += spread * sine.omega * sine.omega;
                 weights[sensor] += square;
             }
         }
@@ -291,10 +300,10 @@ fn row_covariance(
         }
     }
     for sine in sines {
-        let weight = sine_weight(sine, sensor, noise);
-        for part in [|c: &Complex<f64>| c.re, |c: &Complex<f64>| c.im] {
+        let parts = [|c: &Complex<f64>| c.re, |c: &Complex<f64>| c.im];
+        for (part, variance) in parts.into_iter().zip(part_variances(sine, sensor, noise)) {
             let row = sine_row(sine, part);
-            spread += row * row.transpose() * weight;
+            spread += row * row.transpose() / variance;
         }
     }
     (row.cofactors * spread * row.cofactors)

@@ -9,7 +9,8 @@ use hexsense::excitation::DegreeOfFreedom;
 
 use super::AnalysisError;
 use super::belief::{Belief, Doubt};
-use super::estimate::{Condensed, Estimate};
+use super::condense::Sweep;
+use super::estimate::{Condensed, Estimate, pose_harmonics};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
@@ -44,6 +45,16 @@ impl Budgets {
         for doubt in belief.doubts(base, sensors) {
             let changed = condensed.estimate(&doubt.belief)?;
             budgets.add_change(&doubt, estimate, &changed);
+        }
+        for (budget, noise_m) in budgets
+            .lever_arm
+            .iter_mut()
+            .zip(&estimate.lever_arm_noise_m)
+        {
+            budget.add(Cause::SensorNoise, Shape::Normal, *noise_m);
+        }
+        for sweep in std::iter::once(&condensed.heave).chain(&condensed.turns) {
+            budgets.add_jack_noise(sweep, condensed.rate_hz, belief, estimate)?;
         }
         for triad in Triad::ALL {
             budgets.add_noise(triad, condensed, estimate, belief);
@@ -117,6 +128,31 @@ impl Budgets {
                 );
             }
         }
+    }
+
+    /// Noise of the jacks in the amplitude of the pose, from what the fit of the pose leaves. On the holds it is a
+    /// mean over two seconds, a tenth of the sensors' own noise, and left out.
+    fn add_jack_noise(
+        &mut self,
+        sweep: &Sweep,
+        rate_hz: u32,
+        belief: &Belief,
+        estimate: &Estimate,
+    ) -> Result<(), AnalysisError> {
+        let driven = sweep.freedom as usize;
+        let fit = &pose_harmonics(sweep, rate_hz, belief)?[driven];
+        let amplitude = fit.first().amplitude();
+        let triads: &[Triad] = match sweep.freedom.is_rotation() {
+            true => &[Triad::AngularAcceleration, Triad::AngularRate],
+            false => &[Triad::LinearAcceleration],
+        };
+        for triad in triads.iter().filter(|_| amplitude > 0.0) {
+            let (index, axis) = (triad.index(), driven % 3);
+            let gain = estimate.fits[index].matrix[(axis, axis)];
+            let standard = gain * fit.amplitude_uncertainty / amplitude;
+            self.matrix[index][axis][axis].add(Cause::JackNoise, Shape::Normal, standard);
+        }
+        Ok(())
     }
 
     /// The sine runs do not move the three sensors alike, so the delay found is not quite the mean of theirs; how far

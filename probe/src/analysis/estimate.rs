@@ -42,6 +42,8 @@ pub struct Estimate {
     pub home: Vector3<f64>,
     /// Place of the sensor block from O in body axes as the accelerometers feel it in the turns, m.
     pub lever_arm_m: Vector3<f64>,
+    /// Its standard uncertainty by the sensors' noise, m.
+    pub lever_arm_noise_m: Vector3<f64>,
 }
 
 /// Poses of a base, one after another.
@@ -142,16 +144,21 @@ impl Condensed {
             let counts = triad_counts(&self.zero.counts, triad, belief);
             fits[triad.index()].offset(&counts, &at_rest[triad.index()])
         });
-        let lever_arm_m = self.lever_arm_m(&turns, &fits[0], belief)?;
+        let (lever_arm_m, lever_arm_noise_m) = self.lever_arm(&turns, &fits[0], belief)?;
         Ok(Estimate {
             fits,
             offsets,
             home,
             lever_arm_m,
+            lever_arm_noise_m,
         })
     }
 
-    fn truth(&self, sweep: &Sweep, belief: &Belief) -> Result<SineTruth, AnalysisError> {
+    /// Truth of a sine run under a belief.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Pose`] and [`AnalysisError::Tolerance`].
+    pub fn truth(&self, sweep: &Sweep, belief: &Belief) -> Result<SineTruth, AnalysisError> {
         let fits = pose_harmonics(sweep, self.rate_hz, belief)?;
         let omega = sweep.omega / belief.clock;
         Ok(sine_truth(&fits, omega, belief.site.gravity_m_s2))
@@ -167,13 +174,14 @@ impl Condensed {
             .map_err(|source| AnalysisError::Triad { triad, source })
     }
 
-    /// Lever arm from what the accelerometers feel in the turns: specific force is linear in it.
-    fn lever_arm_m(
+    /// Lever arm from what the accelerometers feel in the turns, in which specific force is linear, and its standard
+    /// uncertainty by their noise.
+    fn lever_arm(
         &self,
         turns: &[SineTruth],
         fit: &TriadFit,
         belief: &Belief,
-    ) -> Result<Vector3<f64>, AnalysisError> {
+    ) -> Result<(Vector3<f64>, Vector3<f64>), AnalysisError> {
         let mut equations = NormalEquations::<3>::default();
         for (sweep, truth) in self.turns.iter().zip(turns) {
             let felt = felt(sweep, fit, belief, 1);
@@ -181,14 +189,25 @@ impl Condensed {
                 for part in [|c: Complex<f64>| c.re, |c: Complex<f64>| c.im] {
                     let columns = Vector3::from_fn(|i, _| part(truth.arm_force[i][0][axis]));
                     let beyond = felt[axis] - truth.centre_force[0][axis];
-                    equations.add(&columns, part(beyond), 1.0);
+                    let weight = 1.0 / self.force_variance(fit, axis, sweep.length_s);
+                    equations.add(&columns, part(beyond), weight);
                 }
             }
         }
         let solution = equations.solve().ok_or(AnalysisError::MissingRun {
             run: "roll, yaw or pitch sine",
         })?;
-        Ok(solution.unknowns)
+        let noise_m = solution.cofactors.diagonal().map(f64::sqrt);
+        Ok((solution.unknowns, noise_m))
+    }
+
+    /// Variance of the real or imaginary part of a specific force's amplitude on one axis, estimated over `length_s`,
+    /// by the noise of the accelerometers, (m/s²)².
+    #[must_use]
+    pub fn force_variance(&self, fit: &TriadFit, axis: usize, length_s: f64) -> f64 {
+        let density = &self.noise[Triad::LinearAcceleration.index()].density;
+        let squares = (0..3).map(|sensor| (fit.matrix[(axis, sensor)] * density[sensor]).powi(2));
+        squares.sum::<f64>() / length_s
     }
 
     /// Means and true specific forces of all holds.
@@ -289,7 +308,8 @@ fn amplitudes(sweep: &Sweep, triad: Triad, belief: &Belief, k: usize) -> [Comple
 }
 
 /// Harmonic `k` of the specific force that the calibrated accelerometers show in a sine run, m/s².
-fn felt(sweep: &Sweep, fit: &TriadFit, belief: &Belief, k: usize) -> [Complex<f64>; 3] {
+#[must_use]
+pub fn felt(sweep: &Sweep, fit: &TriadFit, belief: &Belief, k: usize) -> [Complex<f64>; 3] {
     let undelay = Complex::cis(k as f64 * sweep.omega * fit.delay_s);
     let counts = amplitudes(sweep, Triad::LinearAcceleration, belief, k);
     core::array::from_fn(|axis| {

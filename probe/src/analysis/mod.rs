@@ -10,6 +10,8 @@
 //! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
 //! - [`condense`]: the captures reduced to what the estimate needs; nothing that is believed enters here.
 //! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
+//! - [`noise`]: the sensors' noise from a rest.
+//! - [`lever_arm`]: the lever arm checked by the second harmonic.
 //! - [`budgets`]: what each doubt does to each result.
 //! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
 //! - [`filter`]: the zero-phase low-pass that held-out movements are compared behind.
@@ -21,6 +23,8 @@ pub mod condense;
 pub mod estimate;
 pub mod filter;
 pub mod held_out;
+pub mod lever_arm;
+pub mod noise;
 pub mod results;
 
 use hexsense::calibration::triad::TriadError;

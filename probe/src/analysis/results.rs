@@ -12,6 +12,8 @@ use super::belief::Belief;
 use super::budgets::Budgets;
 use super::condense::{Counts, Sweep, hold_run, sweep};
 use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
+use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
+use super::noise::density;
 use super::{AnalysisError, Run};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -94,6 +96,10 @@ pub struct Results {
     pub gravity_m_s2: Measured,
     /// Place of the sensor block from O in body axes, m, as the accelerometers feel it.
     pub lever_arm_m: [Measured; 3],
+    /// The lever arm checked by the second harmonic in the angular sine runs.
+    pub second_harmonics: Vec<SecondHarmonic>,
+    /// What does not fit together, with what to do; nothing when all is well.
+    pub warnings: Vec<String>,
     /// How the base followed the sines.
     pub motion: Vec<Response>,
     /// Scans evaluated.
@@ -132,6 +138,13 @@ pub fn analyse(
     let motion = sweeps
         .map(|sweep| response(sweep, condensed.rate_hz, &belief))
         .collect::<Result<_, _>>()?;
+    let second_harmonics = second_harmonics(&condensed, &estimate, &belief)?;
+    let found = core::array::from_fn(|axis| {
+        let standard = budgets.lever_arm[axis].combined();
+        (estimate.lever_arm_m[axis], standard)
+    });
+    let (stated, tolerance) = (&sensors.lever_arm_m, sensors.lever_arm_tolerance_m);
+    let warnings = warnings(&second_harmonics, stated, tolerance, &found);
     let results = Results {
         channels: channels.collect(),
         delays_s: core::array::from_fn(|triad| {
@@ -146,6 +159,8 @@ pub fn analyse(
         lever_arm_m: core::array::from_fn(|axis| {
             measured(estimate.lever_arm_m[axis], &budgets.lever_arm[axis])
         }),
+        second_harmonics,
+        warnings,
         motion,
         scans: runs.iter().map(|run| run.capture.scans.len() as u64).sum(),
     };
@@ -236,29 +251,13 @@ fn noise(triad: Triad, counts: &Counts, rate_hz: u32, sensors: &SensorFile) -> N
         * sheet.volts_per_unit.abs()
         * sensors.counts_per_volt();
     let density = core::array::from_fn(|axis| {
-        density(&counts.channel(triad.first_channel() + axis), rate_hz)
+        // A dead channel has no noise at all; a thousandth of a count keeps its weight finite.
+        density(&counts.channel(triad.first_channel() + axis), rate_hz).max(1e-3)
     });
     Noise {
         density,
         walk: [walk; 3],
     }
-}
-
-/// Density of white noise at low frequencies, counts/√Hz, from the differences of successive means over 100 ms: the
-/// mean over T has variance density²/2T, and differences are blind to a creeping zero.
-fn density(samples: &[f64], rate_hz: u32) -> f64 {
-    let length = rate_hz as usize / 10;
-    let means: Vec<f64> = samples
-        .chunks_exact(length)
-        .map(|group| group.iter().sum::<f64>() / length as f64)
-        .collect();
-    let squares: f64 = means
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).powi(2))
-        .sum();
-    let variance = squares / 2.0 / (means.len().max(2) - 1) as f64;
-    // A dead channel has no noise at all; a thousandth of a count keeps its weight finite.
-    (variance * 0.2).sqrt().max(1e-3)
 }
 
 fn measured(estimate: f64, budget: &Budget) -> Measured {

@@ -81,6 +81,9 @@ impl Calibrate {
             jacks,
         };
         print!("{}", table(&analysis.results));
+        for warning in &analysis.results.warnings {
+            eprintln!("warning: {warning}");
+        }
         report::write(&campaign, &set, &recorded, &analysis, None)?;
         campaign.note_results(&analysis.results)?;
         coefficient_file::save(&coefficients, &set)?;

@@ -11,6 +11,7 @@
 //! | where the uncertainty comes from | [`budgets`] |
 //! | jack displacement, calculated and registered | [`jacks`] |
 //! | accelerometers on the holds | [`holds`] |
+//! | the place of the sensor block, checked | [`lever_arm`] |
 //! | sensor signals with the fitted harmonics | [`signals`] |
 //! | the board's own harmonics beside the host's | [`board_sums`] |
 //! | the motion system: command to pose | [`motion`] |
@@ -27,6 +28,7 @@ pub mod drawing;
 pub mod held_out;
 pub mod holds;
 pub mod jacks;
+pub mod lever_arm;
 pub mod motion;
 pub mod number;
 pub mod page;
@@ -99,6 +101,7 @@ pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
     budgets::section(&mut page, input);
     jacks::section(&mut page, input)?;
     holds::section(&mut page, input)?;
+    lever_arm::section(&mut page, input);
     signals::section(&mut page, input)?;
     board_sums::section(&mut page, input);
     motion::section(&mut page, input)?;
