@@ -6,6 +6,8 @@
 //! - [`process`]: programs that run beside each other, and end with their owner.
 //! - [`demo`]: the whole story on the virtual bench.
 //! - [`bench_kinematics`]: how long kinematics takes.
+//! - [`bench_sample_path`]: instructions of the sample path, beside what others offer.
+//! - [`timing`]: instruction counts on the virtual board.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
@@ -13,6 +15,7 @@
 
 mod bench;
 mod bench_kinematics;
+mod bench_sample_path;
 mod build;
 mod coverage;
 mod demo;
@@ -20,6 +23,7 @@ mod process;
 mod setup;
 mod system_test;
 mod test;
+mod timing;
 
 use clap::{Parser, Subcommand};
 
@@ -50,6 +54,8 @@ enum Task {
 enum Bench {
     /// Time of forward kinematics from home and from the pose before, of inverse kinematics, and of a recorded run
     Kinematics(bench_kinematics::Arguments),
+    /// Instructions of the sample path on the board's core, beside those of estimators from crates.io
+    SamplePath(bench_sample_path::Arguments),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -57,6 +63,7 @@ fn main() -> anyhow::Result<()> {
         Task::Demo(arguments) => demo::run(&arguments),
         Task::Coverage(arguments) => coverage::run(&arguments),
         Task::Bench(Bench::Kinematics(arguments)) => bench_kinematics::run(&arguments),
+        Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
         Task::Test => test::run(),
     }
 }
