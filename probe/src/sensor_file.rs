@@ -297,3 +297,40 @@ impl TriadSheet {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_gravity(keys: &str) -> Result<Gravity, FileError> {
+        let papers = twin::papers::sensor_file(1);
+        let lines = papers.lines().map(|line| match line {
+            line if line.starts_with("gravity_m_s2") => format!("{keys}\n"),
+            line if line.starts_with("gravity_uncertainty") => String::new(),
+            line => format!("{line}\n"),
+        });
+        SensorFile::parse("sensors.toml", &lines.collect::<String>()).map(|file| file.gravity)
+    }
+
+    #[test]
+    fn gravity_is_given_by_value_or_by_place_and_never_guessed() {
+        let value = with_gravity("gravity_m_s2 = 9.8155\ngravity_uncertainty_m_s2 = 1e-5").unwrap();
+        assert_eq!((value.m_s2, value.uncertainty_m_s2), (9.8155, 1e-5));
+        let place = with_gravity("latitude_deg = 90.0\nheight_m = 0.0").unwrap();
+        assert!((place.m_s2 - 9.832_184_937_8).abs() < 1e-9);
+        assert_eq!(place.uncertainty_m_s2, ANOMALY_M_S2);
+        for keys in [
+            "",
+            "latitude_deg = 55.0",
+            "gravity_m_s2 = 9.81\nlatitude_deg = 55.0\nheight_m = 0.0",
+        ] {
+            let message = with_gravity(keys).unwrap_err().to_string();
+            assert!(message.contains("latitude_deg and height_m"), "{message}");
+        }
+        let message = with_gravity("latitude_deg = 91.0\nheight_m = 0.0").unwrap_err();
+        assert!(
+            message.to_string().contains("latitude_deg is 91"),
+            "{message}"
+        );
+    }
+}
