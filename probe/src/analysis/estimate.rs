@@ -185,10 +185,10 @@ impl Condensed {
         let mut equations = NormalEquations::<3>::default();
         for (sweep, truth) in self.turns.iter().zip(turns) {
             let felt = felt(sweep, fit, belief, 1);
-            for axis in 0..3 {
+            for (axis, felt) in felt.iter().enumerate() {
                 for part in [|c: Complex<f64>| c.re, |c: Complex<f64>| c.im] {
                     let columns = Vector3::from_fn(|i, _| part(truth.arm_force[i][0][axis]));
-                    let beyond = felt[axis] - truth.centre_force[0][axis];
+                    let beyond = felt - truth.centre_force[0][axis];
                     let weight = 1.0 / self.force_variance(fit, axis, sweep.length_s);
                     equations.add(&columns, part(beyond), weight);
                 }
