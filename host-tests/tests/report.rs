@@ -16,7 +16,7 @@ use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::{self, Purpose};
 use hexsense_probe::report::{ReportInput, Verified, render};
 use hexsense_probe::sensor_file::SensorFile;
-use host_tests::bench::{Laboratory, RATE_HZ};
+use host_tests::bench::{Laboratory, Movement, RATE_HZ};
 
 /// A name that becomes markup wherever it is not escaped.
 const HOSTILE: &str = "<script>alert(\"1\")</script> & 'x' \u{1}";
@@ -41,7 +41,12 @@ impl Evidence {
         let plan = plan::campaign::plan(&geometry).unwrap();
         let mut laboratory = Laboratory::new(seed, &geometry);
         let mut record = |run: &plan::Run| {
-            laboratory.record(&run.name, &run.program(), run.rest_s.unwrap_or(0.0))
+            laboratory.record(&Movement::new(
+                &run.name,
+                run.program(),
+                run.rest_s,
+                &geometry,
+            ))
         };
         let runs: Vec<Run> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
         let mut held_out_run = record(plan.run("held-out").unwrap());
