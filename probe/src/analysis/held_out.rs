@@ -130,6 +130,8 @@ pub struct HeldOut {
     pub before: Signals,
     /// Values that follow from the pose by the jacks.
     pub reference: Signals,
+    /// Mean counts of the jacks at nominal supply, one row for each value.
+    pub jacks: Vec<[f64; JACKS]>,
     /// Place in the capture, in scans from its start, that the first value stands for.
     pub first: f64,
     /// Scans from one value to the next.
@@ -190,6 +192,7 @@ pub fn held_out(
         after,
         before,
         reference,
+        jacks,
         first,
         group,
     })

@@ -246,9 +246,17 @@ impl Drawing {
                 }
             };
             self.text(end + 6.0, y, Anchor::Start, "key", label);
-            // A letter of the legend is about 6.3 pixels wide.
-            x = end + 28.0 + 6.3 * label.chars().count() as f64;
+            x = end + 28.0 + label.chars().map(letter_width).sum::<f64>();
         }
+    }
+}
+
+/// Width of a letter of the legend, pixels: Helvetica at 12 pixels, rounded up.
+fn letter_width(letter: char) -> f64 {
+    match letter {
+        'i' | 'j' | 'l' | 't' | 'f' | 'r' | ' ' | ',' | '.' | '(' | ')' => 3.7,
+        'm' | 'w' | 'M' | 'W' => 10.0,
+        _ => 6.7,
     }
 }
 

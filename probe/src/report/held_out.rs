@@ -6,6 +6,7 @@ use super::curve::Point;
 use super::drawing::{Drawing, Panel, Sample, WIDTH};
 use super::number::{align, rounded, significant};
 use super::page::{Page, row, text};
+use super::pair::{self, Curve, Pair};
 use super::scale::Scale;
 use super::{ReportInput, Verified, channels};
 use crate::analysis::AnalysisError;
@@ -21,7 +22,6 @@ const LEFT: f64 = 62.0;
 const GAP: f64 = 52.0;
 const TOP: f64 = 50.0;
 const CURVE_HEIGHT: f64 = 104.0;
-const ERROR_TOP: f64 = TOP + CURVE_HEIGHT + 8.0;
 const ERROR_HEIGHT: f64 = 64.0;
 
 /// Class and sentences of the verdict at the head of the report.
@@ -214,25 +214,24 @@ impl Comparison {
             x,
             y: &y,
         };
-        let lower = Panel {
-            top: ERROR_TOP,
-            height: ERROR_HEIGHT,
-            y: &error_y,
-            ..upper
+        let pair = Pair {
+            upper,
+            error_height: ERROR_HEIGHT,
+            error_y: &error_y,
+            name: NAMES[triad.first_channel() + axis],
+            time: true,
+            numbers: true,
+            unit: (axis == 0).then_some((triad.unit(), 46.0)),
         };
-        drawing.panel(&upper, false, true);
-        drawing.line(&upper, "reference fine", &self.reference);
-        drawing.line(&upper, "measured fine", &self.after);
-        drawing.name(&upper, NAMES[triad.first_channel() + axis]);
-        drawing.panel(&lower, true, true);
-        drawing.level(&lower, "", 0.0);
-        drawing.line(&lower, "before", &self.error_before);
-        drawing.line(&lower, "error", &self.error_after);
-        drawing.x_title(&lower, "time from the onset, s");
-        if axis == 0 {
-            drawing.y_title(&upper, 46.0, triad.unit());
-            drawing.y_title(&lower, 46.0, triad.unit());
-        }
+        let curves = [
+            Curve::Line("reference fine", &self.reference),
+            Curve::Line("measured fine", &self.after),
+        ];
+        let errors = [
+            Curve::Line("before", &self.error_before),
+            Curve::Line("error", &self.error_after),
+        ];
+        pair.draw(drawing, &curves, &errors);
     }
 }
 
@@ -243,7 +242,7 @@ fn about_mean(points: Vec<Point>) -> Vec<Point> {
 
 fn figure(verified: &Verified, triad: Triad, onset_s: f64) -> String {
     let title = format!("{} on the held-out movement", channels::triad_name(triad));
-    let mut drawing = Drawing::new(&title, ERROR_TOP + ERROR_HEIGHT + 38.0);
+    let mut drawing = Drawing::new(&title, TOP + CURVE_HEIGHT + pair::GAP + ERROR_HEIGHT + 38.0);
     drawing.legend(
         LEFT,
         14.0,

@@ -11,6 +11,7 @@ use super::curve::{Point, Stretch, envelope, group_of, means};
 use super::drawing::{Drawing, Panel, Sample, WIDTH};
 use super::number::fixed;
 use super::page::{Page, text};
+use super::pair::{Curve, Pair};
 use super::scale::Scale;
 use crate::analysis::condense::Counts;
 use crate::analysis::{AnalysisError, Run};
@@ -151,27 +152,24 @@ fn figure(name: &str, tracks: &[Track; JACKS]) -> String {
             x: &x,
             y: &y,
         };
-        let lower = Panel {
-            top: top + CURVE_HEIGHT + 8.0,
-            height: ERROR_HEIGHT,
-            y: &error_y,
-            ..upper
+        let pair = Pair {
+            upper,
+            error_height: ERROR_HEIGHT,
+            error_y: &error_y,
+            name: &format!("jack {}", jack + 1),
+            time: row + 1 == rows,
+            numbers: column == 0,
+            unit: (column == 0).then_some(("mm", 44.0)),
         };
-        drawing.panel(&upper, false, column == 0);
-        drawing.line(&upper, "reference", &track.calculated);
-        drawing.line(&upper, "measured", &track.registered);
-        drawing.name(&upper, &format!("jack {}", jack + 1));
-        drawing.panel(&lower, row + 1 == rows, column == 0);
-        drawing.band(&lower, "error-range", &track.error_range);
-        drawing.level(&lower, "", 0.0);
-        drawing.line(&lower, "error", &track.error);
-        if column == 0 {
-            drawing.y_title(&upper, 44.0, "mm");
-            drawing.y_title(&lower, 44.0, "mm");
-        }
-        if row + 1 == rows {
-            drawing.x_title(&lower, "time from the onset, s");
-        }
+        let curves = [
+            Curve::Line("reference", &track.calculated),
+            Curve::Line("measured", &track.registered),
+        ];
+        let errors = [
+            Curve::Band("error-range", &track.error_range),
+            Curve::Line("error", &track.error),
+        ];
+        pair.draw(&mut drawing, &curves, &errors);
     }
     drawing.finish()
 }

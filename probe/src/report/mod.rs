@@ -16,7 +16,7 @@
 //! | the board's own harmonics beside the host's | [`board_sums`] |
 //! | the motion system: command to pose | [`motion`] |
 //!
-//! Below them: [`page`] makes the file, [`drawing`], [`scale`] and [`curve`] the figures, [`number`] the digits.
+//! Below them: [`page`] makes the file, [`drawing`], [`pair`], [`scale`] and [`curve`] the figures, [`number`] the digits.
 
 pub mod base;
 pub mod board_sums;
@@ -32,6 +32,7 @@ pub mod lever_arm;
 pub mod motion;
 pub mod number;
 pub mod page;
+pub mod pair;
 pub mod scale;
 pub mod signals;
 

@@ -8,6 +8,7 @@ use super::curve::Point;
 use super::drawing::{Drawing, Panel, Sample, WIDTH};
 use super::number::{align, fixed};
 use super::page::{Page, row, text};
+use super::pair::{Curve, Pair};
 use super::scale::Scale;
 use crate::analysis::AnalysisError;
 use crate::analysis::belief::Belief;
@@ -152,22 +153,20 @@ impl Path {
             x: &x,
             y: &y,
         };
-        let lower = Panel {
-            top: top + CURVE_HEIGHT + 8.0,
-            height: ERROR_HEIGHT,
-            y: &error_y,
-            ..upper
+        let pair = Pair {
+            upper,
+            error_height: ERROR_HEIGHT,
+            error_y: &error_y,
+            name: self.freedom.name(),
+            time: true,
+            numbers: true,
+            unit: Some((unit, 46.0)),
         };
-        drawing.panel(&upper, false, true);
-        drawing.line(&upper, "reference", &self.command);
-        drawing.line(&upper, "measured", &self.pose);
-        drawing.name(&upper, self.freedom.name());
-        drawing.panel(&lower, true, true);
-        drawing.level(&lower, "", 0.0);
-        drawing.line(&lower, "error", &self.error);
-        drawing.y_title(&upper, 46.0, unit);
-        drawing.y_title(&lower, 46.0, unit);
-        drawing.x_title(&lower, "time from the onset, s");
+        let curves = [
+            Curve::Line("reference", &self.command),
+            Curve::Line("measured", &self.pose),
+        ];
+        pair.draw(drawing, &curves, &[Curve::Line("error", &self.error)]);
     }
 }
 

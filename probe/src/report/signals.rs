@@ -8,6 +8,7 @@ use super::curve::{Point, Stretch, envelope, group_of, means};
 use super::drawing::{Drawing, Panel, Sample, WIDTH};
 use super::number::{fixed, rounded, significant};
 use super::page::{Page, text};
+use super::pair::{self, Curve, Pair};
 use super::scale::Scale;
 use crate::analysis::AnalysisError;
 use crate::analysis::condense::{Counts, Sweep};
@@ -168,23 +169,24 @@ impl Trace<'_> {
             x: &x,
             y: &y,
         };
-        let lower = Panel {
-            top: top + SIGNAL_HEIGHT + 8.0,
-            height: RESIDUAL_HEIGHT,
-            y: &residual_y,
-            ..upper
+        let pair = Pair {
+            upper,
+            error_height: RESIDUAL_HEIGHT,
+            error_y: &residual_y,
+            name: NAMES[self.channel],
+            time: true,
+            numbers: true,
+            unit: Some(("counts", 54.0)),
         };
-        drawing.panel(&upper, false, true);
-        drawing.band(&upper, "raw", &self.signal);
-        drawing.line(&upper, "measured", &self.fitted);
-        drawing.name(&upper, NAMES[self.channel]);
-        drawing.panel(&lower, true, true);
-        drawing.band(&lower, "error-range", &self.residual_range);
-        drawing.level(&lower, "", 0.0);
-        drawing.line(&lower, "error", &self.residual);
-        drawing.y_title(&upper, 54.0, "counts");
-        drawing.y_title(&lower, 54.0, "counts");
-        drawing.x_title(&lower, "time from the onset, s");
+        let curves = [
+            Curve::Band("raw", &self.signal),
+            Curve::Line("measured", &self.fitted),
+        ];
+        let residuals = [
+            Curve::Band("error-range", &self.residual_range),
+            Curve::Line("error", &self.residual),
+        ];
+        pair.draw(drawing, &curves, &residuals);
         self.draw_harmonics(drawing, top);
     }
 
@@ -197,7 +199,7 @@ impl Trace<'_> {
             left: BARS_LEFT,
             top,
             width: BARS_WIDTH,
-            height: SIGNAL_HEIGHT + 8.0 + RESIDUAL_HEIGHT,
+            height: SIGNAL_HEIGHT + pair::GAP + RESIDUAL_HEIGHT,
             x: &x,
             y: &y,
         };

@@ -3,7 +3,6 @@
 use anyhow::{Context, ensure};
 use hexsense::channel::{INERTIAL, JACKS, NAMES};
 use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::condense::Counts;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
 use hexsense_probe::analysis::results::Results;
 use hexsense_probe::campaign::Campaign;
@@ -72,17 +71,12 @@ fn place(
 ) -> anyhow::Result<Alignment> {
     let geometry = &campaign.geometry.geometry;
     let stroke_m = geometry.length_max_m() - geometry.length_min_m();
-    let counts = Counts::new(run)?;
-    let jacks: [Vec<f64>; JACKS] = core::array::from_fn(|jack| counts.channel(INERTIAL + jack));
-    let start = (seen.first - (seen.group as f64 - 1.0) / 2.0) as usize;
-    let row = |index: usize| {
-        let scans = start + index * seen.group..start + (index + 1) * seen.group;
-        jacks.each_ref().map(|jack| {
-            let mean = jack[scans.clone()].iter().sum::<f64>() / seen.group as f64;
-            campaign.sensors.jack_displacement_m(mean, stroke_m)
-        })
-    };
-    let rows: Vec<[f64; JACKS]> = (0..seen.after[0].len()).map(row).collect();
+    let displacement_m = |counts| campaign.sensors.jack_displacement_m(counts, stroke_m);
+    let rows: Vec<[f64; JACKS]> = seen
+        .jacks
+        .iter()
+        .map(|row| row.map(displacement_m))
+        .collect();
     align(&rows, seen.group as f64 / f64::from(run.rate_hz), log)
 }
 
