@@ -168,6 +168,45 @@ fn the_command_plans_a_multisine_and_writes_its_six_jack_programs() {
 }
 
 #[test]
+fn a_run_that_nothing_could_be_fitted_to_may_verify_but_not_calibrate() {
+    let refused = |text: &str| Plan::parse("plan.toml", text).unwrap_err().to_string();
+    let error = refused(&with_multisine().replace("\"verify\"", "\"calibrate\""));
+    assert!(
+        error.starts_with(
+            "plan.toml: run held-out: purpose is \"calibrate\"; coefficients are fitted to"
+        ),
+        "{error}"
+    );
+    let together = MULTISINE.replace("\"verify\"", "\"calibrate\"");
+    let error = refused(&(campaign::plan(&geometry()).unwrap().to_toml() + &together));
+    assert!(
+        error.contains("run together: purpose") && error.contains("make its purpose \"verify\""),
+        "{error}"
+    );
+
+    let mut plan = campaign::plan(&geometry()).unwrap();
+    let again = |name: &str| {
+        let mut run = plan.run(name).unwrap().clone();
+        run.name = "again".to_owned();
+        let mut plan = plan.clone();
+        plan.runs.push(run);
+        Plan::parse("plan.toml", &plan.to_toml())
+    };
+    for once in ["zero", "pitch", "roll", "heave"] {
+        let error = again(once).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("the same movement as run {once}")),
+            "{error}"
+        );
+    }
+    for turn in ["roll-sine", "yaw-sine", "pitch-sine", "held-out"] {
+        again(turn).unwrap();
+    }
+    plan.runs[3].sine[0].freedom = hexsense_probe::plan::Freedom::Surge;
+    assert!(refused(&plan.to_toml()).contains("run heave: purpose"));
+}
+
+#[test]
 fn every_bad_multisine_is_refused_with_file_key_value_and_limit() {
     let cases = [
         (

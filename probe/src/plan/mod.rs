@@ -17,6 +17,7 @@
 //!
 //! - [`campaign`]: the movements of the method, as large as a base allows.
 //! - [`entries`], [`multisine`]: how one degree of freedom is written, and several at once.
+//! - `fitted`: which runs coefficients can be fitted to.
 //! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
 //! - [`uses`]: how much of stroke, speed and acceleration a movement uses.
 //! - [`conditioning`]: how well the jacks hold the platform along it.
@@ -28,6 +29,7 @@
 pub mod campaign;
 pub mod conditioning;
 pub mod entries;
+mod fitted;
 pub mod forecast;
 pub mod hinges;
 pub mod ideal;
@@ -71,7 +73,7 @@ pub struct Plan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Purpose {
-    /// Coefficients are fitted to it.
+    /// Coefficients are fitted to it: a rest, or one degree of freedom.
     Calibrate,
     /// Coefficients are judged by it; nothing is fitted to it.
     Verify,
@@ -130,6 +132,7 @@ impl Plan {
                     limit,
                 ));
             }
+            fitted::check(file, run, &plan.runs[..index])?;
         }
         Ok(plan)
     }
