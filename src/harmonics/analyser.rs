@@ -68,15 +68,16 @@ impl<const N: usize> Sums<N> {
 
     /// Adds one block at `place` to all sums, the same work for every input.
     #[inline(never)]
-    fn add(&mut self, block: &[u32; N], waves: &Waves, place: u32) {
-        add_waves(&mut self.cosine, block, &waves.cosine);
-        add_waves(&mut self.sine, block, &waves.sine);
+    fn add(&mut self, block: &[u32; N], step: &Step) {
+        add_waves(&mut self.cosine, block, &step.waves.cosine);
+        add_waves(&mut self.sine, block, &step.waves.sine);
         for (channel, sum) in block.iter().enumerate() {
             let wide = u64::from(*sum);
             self.square[channel] += wide * wide;
             let (offset, carried) = self.offset[channel].overflowing_add(*sum);
             self.offset[channel] = offset;
-            self.mixed[channel] += wide * u64::from(place) + (u64::from(carried) << ABOVE_DRIFT);
+            self.mixed[channel] +=
+                wide * u64::from(step.place) + (u64::from(carried) << ABOVE_DRIFT);
         }
     }
 
@@ -91,6 +92,13 @@ impl<const N: usize> Sums<N> {
             sine: self.sine[channel],
         })
     }
+}
+
+/// What the sum of every channel over one block is multiplied with.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    waves: Waves,
+    place: u32,
 }
 
 /// Five waves at a time stay in registers.
@@ -175,33 +183,47 @@ impl Analyser {
     ///
     /// A block that does not follow on the one before it makes a hole, with which no window can be fitted: everything
     /// begins anew with it, settling included.
-    #[inline(never)]
     pub fn take(&mut self, block: &BlockSums) {
+        if let Some(step) = self.take_inertial(block.first_scan, &block.inertial) {
+            self.take_jacks(&step, &block.jacks);
+        }
+    }
+
+    /// The first part of [`Self::take`]: everything but the jacks. When there is a step, the jacks follow with
+    /// [`Self::take_jacks`].
+    #[inline(never)]
+    pub fn take_inertial(&mut self, first_scan: u64, sums: &[u32; INERTIAL]) -> Option<Step> {
         if self.blocks == 0 || self.is_complete() {
-            return;
+            return None;
         }
         // Stored whether it is new or not: the same work for the first block.
         self.began = if self.taken == 0 {
-            block.first_scan
+            first_scan
         } else {
             self.began
         };
-        if block.first_scan != self.began + self.scans(self.taken) {
+        if first_scan != self.began + self.scans(self.taken) {
             self.start(self.drive());
-            self.began = block.first_scan;
+            self.began = first_scan;
         }
-        if let Some(number) = self.taken.checked_sub(self.settle_blocks) {
-            self.add(block, number);
-        }
+        let number = self.taken.checked_sub(self.settle_blocks);
         self.taken += 1;
+        let step = self.step(number?);
+        self.inertial.add(sums, &step);
+        Some(step)
     }
 
-    fn add(&mut self, block: &BlockSums, number: u32) {
+    /// The second part of [`Self::take`]: the jacks of the same block.
+    pub fn take_jacks(&mut self, step: &Step, sums: &[u32; JACKS]) {
+        self.jacks.add(sums, step);
+    }
+
+    fn step(&self, number: u32) -> Step {
         let drive = self.drive();
-        let waves = Waves::at((drive.centre_phase(number) >> 32) as u32);
-        let place = drive.place(number);
-        self.inertial.add(&block.inertial, &waves, place);
-        self.jacks.add(&block.jacks, &waves, place);
+        Step {
+            waves: Waves::at((drive.centre_phase(number) >> 32) as u32),
+            place: drive.place(number),
+        }
     }
 
     fn drive(&self) -> Drive {

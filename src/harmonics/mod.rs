@@ -27,7 +27,7 @@ pub mod series;
 pub mod solution;
 pub mod table;
 
-pub use analyser::{Analyser, ChannelSums};
+pub use analyser::{Analyser, ChannelSums, Step};
 pub use choice::largest_block;
 pub use drive::{Drive, increment};
 pub use series::{Series, fit_frequency};

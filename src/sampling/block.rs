@@ -3,8 +3,11 @@
 //! A large block costs fewer instructions for each scan, a small one is sooner there. What summing does to harmonics
 //! is told in [`crate::harmonics::choice`].
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use serde::{Deserialize, Serialize};
 
+use super::BLOCK;
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
 
 /// Scans that are handled together: one half of each converter's ring buffer.
@@ -87,33 +90,76 @@ impl BlockSums {
 /// Sum of each column of a ring's half, counts; below 2²¹ for the largest block.
 #[inline(never)]
 pub fn add_up<const COLUMNS: usize>(scans: &[[u16; COLUMNS]], sums: &mut [u32; COLUMNS]) {
-    const { assert!(COLUMNS.is_multiple_of(3) && COLUMNS <= CHANNELS) };
-    add_up_three::<0, COLUMNS>(scans, sums);
-    add_up_three::<3, COLUMNS>(scans, sums);
-    add_up_three::<6, COLUMNS>(scans, sums);
-    add_up_three::<9, COLUMNS>(scans, sums);
-    add_up_three::<12, COLUMNS>(scans, sums);
+    match scans.as_chunks::<BLOCK>() {
+        ([], few) => add_up_few(few, sums),
+        ([first, others @ ..], few) => {
+            add_up_block(first, sums);
+            let mut more = [0; COLUMNS];
+            for block in others {
+                add_up_block(block, &mut more);
+                add(sums, more);
+            }
+            few.iter().for_each(|scan| add(sums, scan.map(u32::from)));
+        }
+    }
 }
 
-/// Three columns stay in registers, and eight scans need no loop.
-#[inline(always)]
-fn add_up_three<const FIRST: usize, const COLUMNS: usize>(
-    scans: &[[u16; COLUMNS]],
-    sums: &mut [u32; COLUMNS],
-) {
-    if FIRST >= COLUMNS {
-        return;
-    }
-    let mut totals = [0_u32; 3];
-    let mut add = |scan: &[u16; COLUMNS]| {
-        totals[0] += u32::from(scan[FIRST]);
-        totals[1] += u32::from(scan[FIRST + 1]);
-        totals[2] += u32::from(scan[FIRST + 2]);
+fn add<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], more: [u32; COLUMNS]) {
+    sums.iter_mut()
+        .zip(more)
+        .for_each(|(sum, more)| *sum += more);
+}
+
+/// Sixteen scans, two counts at a time.
+///
+/// Two scans are as many words as a scan has columns. Every word is added to one sum, its upper half to another; the
+/// second, moved up and taken from the first, leaves the sum of the lower halves. Sums wrap, but what is left is below
+/// 2²⁰.
+#[inline(never)]
+fn add_up_block<const COLUMNS: usize>(scans: &[[u16; COLUMNS]; BLOCK], sums: &mut [u32; COLUMNS]) {
+    const {
+        assert!(
+            cfg!(target_endian = "little"),
+            "the first count of a word is its lower half"
+        )
     };
-    let (eights, rest) = scans.as_chunks::<8>();
-    eights
-        .iter()
-        .for_each(|eight| eight.iter().for_each(&mut add));
-    rest.iter().for_each(&mut add);
-    sums[FIRST..FIRST + 3].copy_from_slice(&totals);
+    let pairs = scans.as_chunks::<2>().0;
+    for word in 0..COLUMNS {
+        let (mut whole, mut upper) = (0_u32, 0_u32);
+        for pair in pairs {
+            let words = bytemuck::cast_slice::<u16, u8>(pair.as_flattened())
+                .as_chunks::<4>()
+                .0;
+            let both = u32::from_le_bytes(words[word]);
+            whole = whole.wrapping_add(both);
+            upper += both >> 16;
+        }
+        let lower = whole.wrapping_sub(upper << 16);
+        for (place, sum) in [(2 * word, lower), (2 * word + 1, upper)] {
+            // Every column is met once in an even scan and once in an odd one.
+            if place < COLUMNS {
+                sums[place] = sum;
+            } else {
+                sums[place - COLUMNS] += sum;
+            }
+        }
+        // Otherwise the compiler loads more words at once than there are registers.
+        compiler_fence(Ordering::SeqCst);
+    }
+}
+
+/// Fewer scans: three columns stay in registers.
+fn add_up_few<const COLUMNS: usize>(scans: &[[u16; COLUMNS]], sums: &mut [u32; COLUMNS]) {
+    for first in (0..COLUMNS).step_by(3) {
+        let mut totals = [0_u32; 3];
+        for scan in scans {
+            for (total, count) in totals.iter_mut().zip(&scan[first..]) {
+                *total += u32::from(*count);
+            }
+        }
+        sums[first..]
+            .iter_mut()
+            .zip(totals)
+            .for_each(|(sum, total)| *sum = total);
+    }
 }
