@@ -10,7 +10,8 @@ use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense::wire::Drive;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
-use hexsense_probe::analysis::results::{Analysis, analyse};
+use hexsense_probe::analysis::results::{Analysis, Term, analyse};
+use hexsense_probe::board_pose::Difference;
 use hexsense_probe::campaign::{BoardRecord, BoardSums, Campaign, RunRecord};
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::{self, Purpose};
@@ -116,6 +117,12 @@ impl Evidence {
             run: &self.held_out_run,
             curves: &self.curves,
             verdicts: &self.verdicts,
+            poses: Difference {
+                poses: 1886,
+                largest_m: 2.46e-7,
+                largest_rad: 1.14e-7,
+                scan: 29_824,
+            },
         };
         ReportInput {
             verified: Some(verified),
@@ -335,6 +342,52 @@ fn the_tables_hold_the_results() {
         assert_eq!(
             verified[7],
             if verdict.passes() { "passes" } else { "fails" }
+        );
+    }
+}
+
+#[test]
+fn the_terms_of_every_budget_stand_largest_first() {
+    let html = render(&EVIDENCE.verified()).unwrap();
+    let document = parsed(&html);
+    let tables = elements(&document, "table");
+    for channel in &EVIDENCE.analysis.results.channels {
+        let parts: [(&str, fn(&Term) -> f64); 2] = [
+            ("k, %", |term| term.gain_relative),
+            ("u0, counts", |term| term.offset_counts),
+        ];
+        for (title, part) in parts {
+            let head = format!("{}{title}", channel.name);
+            let is_it =
+                |table: &&roxmltree::Node| words(table.first_element_child().unwrap()) == head;
+            let table = tables.iter().find(is_it).expect(&head);
+            let rows = table.descendants().filter(|node| node.has_tag_name("td"));
+            let shown: Vec<String> = rows.step_by(3).map(words).collect();
+            let mut terms: Vec<&Term> = channel.budget.iter().collect();
+            terms.retain(|term| part(term) > 0.0);
+            terms.sort_by(|a, b| part(b).total_cmp(&part(a)));
+            let causes: Vec<&str> = terms.iter().map(|term| term.cause.as_str()).collect();
+            assert!(causes.len() > 2, "{head}: {causes:?}");
+            assert_eq!(shown[..causes.len()], causes, "{head}");
+        }
+    }
+}
+
+#[test]
+fn the_boards_poses_and_the_place_of_the_sensors_are_reported() {
+    let html = render(&EVIDENCE.verified()).unwrap();
+    let document = parsed(&html);
+    assert!(html.contains("the point O to 0.25 µm and the attitude to 0.11 µrad, limits 0.5 µm"));
+    let found = &EVIDENCE.analysis.results.lever_arm_m;
+    for (axis, place) in ["X", "Y", "Z"].into_iter().zip(found) {
+        let row = &rows(&document, axis)[0];
+        assert!(
+            (number(&row[3]) - 1e3 * place.estimate).abs() < 0.06,
+            "{row:?}"
+        );
+        assert!(
+            (number(&row[1]) - number(&row[3])).abs() <= number(&row[2]),
+            "{row:?}"
         );
     }
 }

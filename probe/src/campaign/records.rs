@@ -11,9 +11,11 @@ use hexsense::harmonics::ChannelSums;
 use hexsense::wire::Drive;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::{Campaign, CampaignError, other};
 use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
+use crate::board_pose::{self, Difference};
 use crate::capture::Capture;
 use crate::files::{self, FileError};
 use crate::plan::{Purpose, Run};
@@ -103,12 +105,25 @@ impl Campaign {
         write_json(&self.folder.join("results.json"), results)
     }
 
-    /// Writes how the held-out movement came out.
+    /// Writes how channels and poses of the board came out on the held-out movement.
     ///
     /// # Errors
     /// [`FileError`].
-    pub fn note_verdicts(&self, verdicts: &[ChannelVerdict]) -> Result<(), FileError> {
-        write_json(&self.folder.join("verification.json"), &verdicts)
+    pub fn note_verification(
+        &self,
+        verdicts: &[ChannelVerdict],
+        poses: &Difference,
+    ) -> Result<(), FileError> {
+        let verification = json!({
+            "channels": verdicts,
+            "board_pose": {
+                "poses": poses.poses,
+                "largest_m": poses.largest_m,
+                "largest_rad": poses.largest_rad,
+                "limit": board_pose::LIMIT,
+            },
+        });
+        write_json(&self.folder.join("verification.json"), &verification)
     }
 
     /// Length of everything that is recorded, s: what passes at least between the first run and the last.

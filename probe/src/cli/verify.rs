@@ -8,7 +8,7 @@ use hexsense::wire::PoseReport;
 use super::arguments::{Base, Bench, Port};
 use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
-use crate::board_pose::{self, LIMIT};
+use crate::board_pose::{self, Difference, LIMIT};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
@@ -70,9 +70,10 @@ impl Verify {
         campaign.write()?;
         campaign.forget(&run.name)?;
         session::record_all(&mut client, motion.as_mut(), &campaign, &[run], true)?;
-        check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
+        let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
         let since_set_s = self.bench.unix_s().saturating_sub(ours.unix_s) as f64;
-        judge(&campaign, run, &ours, since_set_s + campaign.recorded_s()?)
+        let elapsed_s = since_set_s + campaign.recorded_s()?;
+        judge(&campaign, run, &ours, poses, elapsed_s)
     }
 }
 
@@ -103,7 +104,7 @@ fn check_poses(
     poses: &[PoseReport],
     set: &CoefficientSet,
     id: SetId,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Difference> {
     let capture = campaign.capture(&run.name)?;
     let difference = board_pose::compare(&capture, poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
@@ -111,7 +112,7 @@ fn check_poses(
         "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {LIMIT:.0e}",
         difference.poses, difference.largest_m, difference.scan, difference.largest_rad
     );
-    Ok(())
+    Ok(difference)
 }
 
 /// Compares the recorded run with what the jacks say, and reports.
@@ -119,6 +120,7 @@ fn judge(
     campaign: &Campaign,
     run: &Run,
     set: &CoefficientSet,
+    poses: Difference,
     elapsed_s: f64,
 ) -> anyhow::Result<()> {
     let recorded = campaign.recorded(run)?;
@@ -133,9 +135,10 @@ fn judge(
         run: &recorded,
         curves: &curves,
         verdicts: &verdicts,
+        poses,
     };
     report::write(campaign, set, &runs, &analysis, Some(verified))?;
-    campaign.note_verdicts(&verdicts)?;
+    campaign.note_verification(&verdicts, &poses)?;
     let failures = held_out::failures(&verdicts);
     if !failures.is_empty() {
         anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));

@@ -80,7 +80,6 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
             ),
         ),
         ("Local gravity", gravity(sensors)),
-        ("Sensor block as felt", felt_place(input)),
         (
             "Board",
             format!(
@@ -131,21 +130,6 @@ fn gravity(sensors: &SensorFile) -> String {
         None => "by the sensor file".to_owned(),
     };
     format!("{value} ± {uncertainty} m/s² (1σ), {source}")
-}
-
-/// The lever arm that the accelerometers feel in the turns.
-fn felt_place(input: &ReportInput) -> String {
-    let axes = ["X", "Y", "Z"]
-        .iter()
-        .zip(&input.analysis.results.lever_arm_m);
-    let places = axes.map(|(axis, place)| {
-        let [value, uncertainty] = rounded(1e3 * place.estimate, 1e3 * place.expanded_uncertainty);
-        format!("{axis} {value} ± {uncertainty} mm")
-    });
-    format!(
-        "{} by the accelerometers in the turns (coverage factor 2)",
-        places.collect::<Vec<_>>().join(", ")
-    )
 }
 
 fn temperature(input: &ReportInput) -> String {

@@ -15,6 +15,7 @@ use crate::analysis::filter::zero_phase_low_pass;
 use crate::analysis::held_out::{
     CORNER_HZ, ChannelVerdict, MEAN_COVERAGE, RATE_HZ, Signals, failures,
 };
+use crate::board_pose::{Difference, LIMIT};
 
 /// Values behind the low-pass are drawn at this rate, Hz: ten times its corner.
 const DRAWN_HZ: f64 = 20.0;
@@ -87,7 +88,22 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         );
         page.figure(&caption, &figure(&verified, triad, onset_s));
     }
+    poses(page, &verified.poses);
     Ok(())
+}
+
+/// What the board's single precision cost its own poses.
+fn poses(page: &mut Page, poses: &Difference) {
+    let micro = |value: f64| significant(1e6 * value, 2);
+    page.paragraph(&format!(
+        "During the run the board also found the pose of the base from its own jack channels, {} times, in single \
+         precision. From the same counts and coefficients double precision finds the same poses: the point O to {} µm \
+         and the attitude to {} µrad, limits {limit} µm and {limit} µrad.",
+        poses.poses,
+        micro(poses.largest_m),
+        micro(poses.largest_rad),
+        limit = significant(1e6 * LIMIT, 1),
+    ));
 }
 
 fn table(page: &mut Page, verdicts: &[ChannelVerdict]) {

@@ -42,6 +42,7 @@ use crate::analysis::condense::Sweep;
 use crate::analysis::held_out::{ChannelVerdict, HeldOut};
 use crate::analysis::results::Analysis;
 use crate::analysis::{AnalysisError, Run};
+use crate::board_pose::Difference;
 use crate::campaign::{BoardRecord, Campaign, RunRecord};
 use page::{Page, text};
 
@@ -73,6 +74,8 @@ pub struct Verified<'a> {
     pub curves: &'a HeldOut,
     /// One verdict for each channel.
     pub verdicts: &'a [ChannelVerdict],
+    /// The board's own poses against double precision.
+    pub poses: Difference,
 }
 
 impl ReportInput<'_> {
