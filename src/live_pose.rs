@@ -70,7 +70,7 @@ impl<T: RealField + Copy> Tracker<T> {
             ..Options::default()
         };
         Ok(Self {
-            solver: Solver::new(&base.geometry()?, options),
+            solver: Solver::bounded(&base.geometry()?.cast::<T>(), options),
             zero_length_m: single(jacks.zero_length_m),
             zero_counts: jacks.zero_counts.map(single),
             metres_per_count: jacks.metres_per_count.map(single),

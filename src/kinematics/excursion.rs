@@ -22,10 +22,11 @@
 //! This turns by 2·atan(|w|/2), to third order the angle |w|, without sine and cosine.
 
 use nalgebra::{Quaternion, RealField, UnitQuaternion, Vector3, convert, convert_unchecked};
+use simba::scalar::SupersetOf;
 
 use super::{
+    exact,
     geometry::Geometry,
-    inverse::jacks,
     linear::{Factors, Rows},
     pose::Pose,
     six::{Six, Triple, combine, cross, dot, each},
@@ -64,30 +65,47 @@ pub(super) struct Placed<T> {
 }
 
 impl<T: RealField + Copy> Home<T> {
-    /// Everything is computed in double precision and rounded once.
-    pub fn new(geometry: &Geometry<f64>) -> Self {
+    /// Everything is computed in the precision of `geometry` and rounded once. What single precision would lose is
+    /// carried along: a sum of coordinates with its error, a difference of squares as in [`super::exact`].
+    pub fn new<S: RealField + Copy>(geometry: &Geometry<S>) -> Self
+    where
+        T: SupersetOf<S>,
+    {
         // Home itself as it is rounded, so that excursions from it add up to exact positions.
         let position: Vector3<T> = geometry.home().position.map(convert);
-        let rounded_home = Pose {
-            position: position.map(convert_unchecked),
-            ..geometry.home()
+        let unrounded: [S; 3] = position.map(convert_unchecked).into();
+        let by_coordinate = |at: &dyn Fn(usize, usize) -> S| {
+            each(&[0, 1, 2], |axis| {
+                Six([0, 1, 2, 3, 4, 5].map(|jack| at(jack, axis)))
+            })
         };
-        let d = jacks(geometry, &rounded_home);
-        let by_coordinate = |v: &[Vector3<f64>; 6]| [0, 1, 2].map(|axis| Six(v.map(|v| v[axis])));
-        let (upper, jacks) = (by_coordinate(geometry.upper()), by_coordinate(&d));
+        let upper = by_coordinate(&|jack, axis| geometry.upper()[jack][axis]);
+        let jack = |jack: usize, axis: usize| {
+            let (high, error) = exact::sum(unrounded[axis], geometry.upper()[jack][axis]);
+            let (high, second) = exact::sum(high, -geometry.lower()[jack][axis]);
+            (high, error + second)
+        };
+        let jacks = by_coordinate(&|k, axis| jack(k, axis).0);
+        let errors = by_coordinate(&|k, axis| jack(k, axis).1);
         let moment = cross(&upper, &jacks);
         let order = Rows {
             direction: jacks,
             moment,
         }
         .best_order();
-        let rounded = |v: Triple<Six<f64>>| v.map(|v| v.ordered(&order).rounded());
-        let (upper, jacks, moment) = (rounded(upper), rounded(jacks), rounded(moment));
-        let lengths: [T; 6] = order.map(|k| convert(d[k].norm()));
+        let lengths: [T; 6] = order.map(|k| {
+            let [x, y, z] = each(&jacks, |row| row.0[k]);
+            convert((x * x + y * y + z * z).sqrt())
+        });
         let offset = |place: usize| {
-            let length: f64 = convert_unchecked(lengths[place]);
-            convert(0.5 * (length * length - d[order[place]].norm_squared()))
+            let k = order[place];
+            let d = each(&jacks, |row| row.0[k]);
+            let e = each(&errors, |row| row.0[k]);
+            let excess = exact::square_less_squares(convert_unchecked(lengths[place]), &d);
+            convert(excess * convert::<f64, S>(0.5) - dot(&d, &e))
         };
+        let in_order = |v: Triple<Six<S>>| each(&v, |v| v.ordered(&order).rounded());
+        let (upper, jacks, moment) = (in_order(upper), in_order(jacks), in_order(moment));
         Self {
             pose: Pose {
                 position,
@@ -108,7 +126,7 @@ impl<T: RealField + Copy> Home<T> {
     }
 
     /// The part of F that the lengths determine, ½·(l_k² − l°_k²), in home's order of jacks, m².
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn demand(&self, lengths: &[T; 6]) -> Six<T> {
         let excess = Six(*lengths).ordered(&self.order) - self.lengths;
         excess * (self.lengths + excess * convert::<f64, T>(0.5)) + self.offsets
@@ -148,7 +166,7 @@ impl<T: RealField + Copy> Home<T> {
     }
 
     /// The jacks at `excursion` and F there for `demand`, m².
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn place(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
         let [x, y, z] = self.upper;
         let t = each(&excursion.turn(), |row| {

@@ -19,6 +19,7 @@
 //! stroke and without a change of the sign of det J; the tests hold the presets to it with ten thousand poses each.
 
 use nalgebra::{RealField, convert};
+use simba::scalar::SupersetOf;
 
 pub use super::outcome::{ForwardError, Options, Solution};
 
@@ -26,7 +27,7 @@ use super::{
     excursion::{Excursion, Home},
     geometry::Geometry,
     inverse::inverse,
-    jacobian::{bound_times_determinant, condition, jacobian},
+    jacobian::{bound_times_determinant, condition, condition_bound, jacobian},
     newton::{Arrival, Pivoting},
     path::{End, Stuck},
     pose::Pose,
@@ -38,6 +39,7 @@ use super::{
 pub struct Solver<T: RealField + Copy> {
     geometry: Geometry<T>,
     options: Options<T>,
+    condition: Condition<T>,
     home: Home<T>,
     tolerance_m: T,
     /// Over |det J| it bounds the condition number, with an eighth to spare.
@@ -63,19 +65,47 @@ struct Task<'a, T> {
     from: Excursion<T>,
 }
 
+/// What the limit of the condition number is compared with. Called through a pointer for the same reason as a [`Way`].
+type Condition<T> = fn(&Geometry<T>, &Pose<T>) -> T;
+
 /// A way round, of `path.rs`. Called through a pointer so that a program has only those linked that it can go.
 type Way<T> = fn(&Home<T>, Excursion<T>, &Six<T>, T, &mut u32) -> Result<Arrival<T>, Stuck<T>>;
 
 impl<T: RealField + Copy> Solver<T> {
-    /// A solver for `geometry`. What it needs to know of the base is computed here, once, in double precision, whatever
-    /// precision it solves in.
-    pub fn new(geometry: &Geometry<f64>, options: Options<T>) -> Self {
+    /// A solver for `geometry`. What it needs to know of the base is computed here, once, in the precision of
+    /// `geometry`, whatever precision it solves in. Where the bound of the condition number is over the limit, the
+    /// number itself decides.
+    pub fn new<S: RealField + Copy>(geometry: &Geometry<S>, options: Options<T>) -> Self
+    where
+        T: SupersetOf<S>,
+    {
+        Self::with_condition(geometry, options, exact_condition)
+    }
+
+    /// As [`Solver::new`], but the bound of the condition number decides: a pose up to ten times better than the limit
+    /// may be refused as singular. Spares a small processor the singular value decomposition.
+    pub fn bounded<S: RealField + Copy>(geometry: &Geometry<S>, options: Options<T>) -> Self
+    where
+        T: SupersetOf<S>,
+    {
+        Self::with_condition(geometry, options, condition_bound)
+    }
+
+    fn with_condition<S: RealField + Copy>(
+        geometry: &Geometry<S>,
+        options: Options<T>,
+        condition: Condition<T>,
+    ) -> Self
+    where
+        T: SupersetOf<S>,
+    {
         let home: Home<T> = Home::new(geometry);
         let geometry: Geometry<T> = geometry.cast();
         let last_place = T::default_epsilon() * geometry.length_max_m();
         Self {
             geometry,
             options,
+            condition,
             tolerance_m: options.tolerance_m.max(last_place * convert(4.0)),
             condition_scale: bound_times_determinant(home.radius_squared) * convert(1.125),
             home,
@@ -87,9 +117,10 @@ impl<T: RealField + Copy> Solver<T> {
         &self.geometry
     }
 
-    /// Condition number of the Jacobian at `pose`, 1 at best; metres and radians are its units.
+    /// Condition number of the Jacobian at `pose`, 1 at best, or its bound if this solver is
+    /// [bounded](Solver::bounded); metres and radians are its units.
     pub fn condition(&self, pose: &Pose<T>) -> T {
-        condition(&jacobian(&self.geometry, pose))
+        (self.condition)(&self.geometry, pose)
     }
 
     /// The pose on home's branch with hinge-to-hinge `lengths`, m.
@@ -123,7 +154,7 @@ impl<T: RealField + Copy> Solver<T> {
         self.search(lengths, Start::Guess(guess))
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn search(
         &self,
         lengths: &[T; 6],
@@ -248,7 +279,7 @@ impl<T: RealField + Copy> Solver<T> {
     /// The arrival with a determinant that is good for it. That of the last matrix is while cond(J) times the way made
     /// since, in radii, is under 0.01: J⁻¹·δJ is under 0.02 then, det J has kept its sign and lost at most the eighth
     /// that the bound of the condition number allows for.
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn settled(&self, arrival: Arrival<T>, task: &Task<'_, T>) -> Arrival<T> {
         let bound = self.condition_bound(arrival.determinant, task.lengths);
         let near =
@@ -346,4 +377,8 @@ impl<T: RealField + Copy> Solver<T> {
             limit_rad,
         }
     }
+}
+
+fn exact_condition<T: RealField + Copy>(geometry: &Geometry<T>, pose: &Pose<T>) -> T {
+    condition(&jacobian(geometry, pose))
 }

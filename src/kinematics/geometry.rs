@@ -16,7 +16,7 @@
 use core::fmt;
 
 use nalgebra::{RealField, UnitQuaternion, Vector3, convert};
-
+use simba::scalar::SupersetOf;
 use thiserror::Error;
 
 use super::{inverse::inverse, jacobian::condition_bound, pose::Pose};
@@ -176,8 +176,11 @@ impl<T: RealField + Copy> Geometry<T> {
 
     fn check_home(&self) -> Result<(), GeometryError<T>> {
         let home = self.home();
+        // A home on the stops is inside, with four units in the last place for what its lengths are computed with.
+        let spare = T::default_epsilon() * self.length_max_m * convert(4.0);
+        let stroke = self.length_min_m - spare..=self.length_max_m + spare;
         for (jack, length) in (1..).zip(inverse(self, &home)) {
-            if !(self.length_min_m..=self.length_max_m).contains(&length) {
+            if !stroke.contains(&length) {
                 return Err(GeometryError::HomeOutsideStroke {
                     jack,
                     home_height: self.home_height_m,
@@ -237,9 +240,9 @@ impl<T: RealField + Copy> Geometry<T> {
     }
 }
 
-impl Geometry<f64> {
+impl<S: RealField + Copy> Geometry<S> {
     /// The same base with its numbers rounded to another precision.
-    pub fn cast<T: RealField + Copy>(&self) -> Geometry<T> {
+    pub fn cast<T: RealField + Copy + SupersetOf<S>>(&self) -> Geometry<T> {
         Geometry {
             lower: self.lower.map(|hinge| hinge.map(convert)),
             upper: self.upper.map(|hinge| hinge.map(convert)),

@@ -19,9 +19,15 @@
 //! cond(J) < 16·r³·max(r, 1/r)/|det J|  with that scaling undone
 //! ```
 
-use nalgebra::{Matrix6, RealField, SVD, convert};
+use nalgebra::{Matrix6, RealField, SVD, Vector3, convert};
 
-use super::{geometry::Geometry, inverse::jacks, pose::Pose};
+use super::{
+    geometry::Geometry,
+    inverse::jacks,
+    linear::Rows,
+    pose::Pose,
+    six::{Six, cross},
+};
 
 /// A 6×6 decomposition takes about ten; the limit only makes sure that it ends.
 const SVD_ITERATIONS: usize = 1000;
@@ -62,7 +68,17 @@ pub fn condition<T: RealField + Copy>(matrix: &Matrix6<T>) -> T {
 pub fn condition_bound<T: RealField + Copy>(geometry: &Geometry<T>, pose: &Pose<T>) -> T {
     let squares = geometry.upper().iter().map(|b| b.norm_squared());
     let radius_squared = squares.fold(T::zero(), |sum, square| sum + square) / convert(6.0);
-    bound_times_determinant(radius_squared) / jacobian(geometry, pose).determinant().abs()
+    let jacks = jacks(geometry, pose);
+    let directions = jacks.map(|d| d / d.norm());
+    let by_coordinate = |v: [Vector3<T>; 6]| [0, 1, 2].map(|axis| Six(v.map(|v| v[axis])));
+    let direction = by_coordinate(directions);
+    let hinge = by_coordinate(geometry.upper().map(|b| pose.rotation * b));
+    let rows = Rows {
+        direction,
+        moment: cross(&hinge, &direction),
+    };
+    let determinant = rows.ordered(&rows.best_order()).factor().determinant;
+    bound_times_determinant(radius_squared) / determinant.abs()
 }
 
 /// The constant 16·r³·max(r, 1/r) of the bound.

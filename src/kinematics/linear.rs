@@ -71,7 +71,7 @@ impl<T: RealField + Copy> Rows<T> {
 
     /// Factors of the matrix. Where it is singular, or its first three directions lie in a plane, the factors are not
     /// finite and `leading` or `determinant` is zero.
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn factor(&self) -> Factors<T> {
         let [d1, d2] = halves(&self.direction);
         let [m1, m2] = halves(&self.moment);
@@ -98,7 +98,7 @@ impl<T: RealField + Copy> Rows<T> {
 
 impl<T: RealField + Copy> Factors<T> {
     /// The step (u, w) for the right-hand side `g`, one number per jack.
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn solve(&self, g: &Six<T>) -> (Triple<T>, Triple<T>) {
         let [g0, g1, g2, g3, g4, g5] = g.0;
         let (g1, g2) = ([g0, g1, g2], [g3, g4, g5]);

@@ -12,7 +12,7 @@
 //! | `excursion.rs` | the equations of forward kinematics, counted from home |
 //! | `newton.rs` | Newton's method on them |
 //! | `path.rs` | following the branch, or descending, where Newton's method will not do |
-//! | `linear.rs`, `six.rs` | the 6×6 system of a step; six jacks at a time |
+//! | `linear.rs`, `six.rs`, `exact.rs` | the 6×6 system of a step; six jacks at a time; sums with their errors |
 //! | [`rates`] | twist and acceleration from jack speeds and accelerations, body rates |
 //!
 //! Frames: OXYZ is fixed to the body, its origin O in the plane of the upper hinges; the earth frame's origin lies
@@ -20,6 +20,7 @@
 //! generic over `f32` and `f64`, needs no heap and never panics on numbers.
 
 pub mod convention;
+mod exact;
 mod excursion;
 pub mod forward;
 pub mod geometry;

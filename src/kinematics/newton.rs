@@ -64,7 +64,7 @@ pub(super) enum Stop {
 
 impl<T: RealField + Copy> Home<T> {
     /// The second-order step from home towards `demand`, and the square of its length to first order, m².
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn predict(&self, demand: &Six<T>) -> (Excursion<T>, T) {
         let (u, w) = self.factors.solve(demand);
         let turn = each(&w, Six::splat);
@@ -88,7 +88,7 @@ impl<T: RealField + Copy> Home<T> {
         dot(u, u) + self.radius_squared * dot(w, w)
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn matrix(&self, placed: &Placed<T>, pivoting: Pivoting) -> Matrix<T> {
         let rows = placed.rows();
         match pivoting {
@@ -145,7 +145,7 @@ impl<T: RealField + Copy> Home<T> {
 
     /// Newton's iteration from `start`, that a step of the squared length `last` led to, until the greatest
     /// |F_k| is at most `tolerance`, m². One iteration at least; each takes one off the `budget`.
-    #[inline(always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn iterate(
         &self,
         start: Excursion<T>,

@@ -6,6 +6,7 @@
 use core::ops::{Add, Mul, Sub};
 
 use nalgebra::RealField;
+use simba::scalar::SupersetOf;
 
 /// One number per jack.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +59,9 @@ impl<T: RealField + Copy> Six<T> {
     }
 }
 
-impl Six<f64> {
+impl<S: RealField + Copy> Six<S> {
     /// The same numbers in the precision of the solver.
-    pub fn rounded<T: RealField + Copy>(self) -> Six<T> {
+    pub fn rounded<T: SupersetOf<S>>(self) -> Six<T> {
         Six(self.0.map(nalgebra::convert))
     }
 }

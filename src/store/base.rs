@@ -91,18 +91,17 @@ impl MotionBase {
         }
     }
 
-    /// The geometry with these very numbers.
+    /// The geometry with these very numbers, checked in single precision, as the board does.
     ///
     /// # Errors
     /// Every variant of [`BaseError`] but `Transducer`.
-    pub fn geometry(&self) -> Result<Geometry<f64>, BaseError> {
-        let hinge = |hinge: [f32; 3]| Vector3::from(hinge.map(f64::from));
+    pub fn geometry(&self) -> Result<Geometry<f32>, BaseError> {
         Geometry::new(
-            self.lower.map(hinge),
-            self.upper.map(hinge),
-            self.length_min_m.into(),
-            self.length_max_m.into(),
-            Some(self.home_height_m.into()),
+            self.lower.map(Vector3::from),
+            self.upper.map(Vector3::from),
+            self.length_min_m,
+            self.length_max_m,
+            Some(self.home_height_m),
         )
         .map_err(|error| match error {
             GeometryError::NotFinite { .. } => BaseError::NotFinite,

@@ -10,7 +10,7 @@
 use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, RealField, convert};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -202,7 +202,7 @@ impl TriadCoefficients {
         {
             return Err(RecordError::NotFinite { triad });
         }
-        let matrix = Matrix3::from_fn(|row, column| f64::from(self.matrix[row][column]));
+        let matrix = Matrix3::from_fn(|row, column| self.matrix[row][column]);
         if is_singular(&matrix) {
             return Err(RecordError::Singular { triad });
         }
@@ -212,7 +212,10 @@ impl TriadCoefficients {
 
 /// Whether a triad with this matrix, or with this inverse of it, cannot tell three axes apart. Sensors a few degrees
 /// off their axes have |det| near (norm/√3)³; a thousandth of that is no triad any more.
-pub(crate) fn is_singular(matrix: &Matrix3<f64>) -> bool {
-    let scale = matrix.norm();
-    matrix.determinant().abs() <= 1e-4 * scale * scale * scale
+pub(crate) fn is_singular<T: RealField + Copy>(matrix: &Matrix3<T>) -> bool {
+    let scaled = matrix / matrix.amax();
+    let scale = scaled.norm();
+    let volume = scaled.determinant().abs();
+    let singular = volume <= scale * scale * scale * convert(1e-4);
+    singular || !volume.is_finite()
 }
