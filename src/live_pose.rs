@@ -11,9 +11,9 @@
 
 use nalgebra::{RealField, convert};
 
-use crate::channel::{INERTIAL, JACKS, Scan};
+use crate::channel::{JACKS, Scan};
 use crate::kinematics::{ForwardError, Options, Pose, Solution, Solver};
-use crate::sampling::BLOCK;
+use crate::sampling::{BlockSize, BlockSums};
 use crate::store::{BaseError, JackCoefficients, MotionBase};
 
 /// How far a jack may read beyond its stroke, m: a transducer is off by some millimetres at most.
@@ -26,25 +26,22 @@ pub struct JackBlock {
     pub first_scan: u64,
     /// Supply factor of the block.
     pub supply: f32,
+    /// Scans of the block.
+    pub block: BlockSize,
     /// Sum of each jack's counts over the block.
     pub sums: [u32; JACKS],
 }
 
 impl JackBlock {
-    /// Sums up the jacks of a block's scans.
+    /// Sums up the jacks of a block's scans; `None` when there is no block of so many.
     #[must_use]
-    pub fn new(first_scan: u64, supply: f32, scans: &[Scan; BLOCK]) -> Self {
-        let mut sums = [0; JACKS];
-        for scan in scans {
-            for (sum, count) in sums.iter_mut().zip(&scan[INERTIAL..]) {
-                *sum += u32::from(*count);
-            }
-        }
-        Self {
+    pub fn new(first_scan: u64, supply: f32, scans: &[Scan]) -> Option<Self> {
+        Some(Self {
             first_scan,
             supply,
-            sums,
-        }
+            block: BlockSize::of_scans(scans.len())?,
+            sums: BlockSums::of_scans(scans, first_scan).jacks,
+        })
     }
 }
 
@@ -88,8 +85,8 @@ impl<T: RealField + Copy> Tracker<T> {
     pub fn lengths_m(&self, block: &JackBlock) -> [T; JACKS] {
         let excess = single::<T>(block.supply) - T::one();
         core::array::from_fn(|jack| {
-            // A sum has 20 bits and BLOCK is a power of two, so the mean is exact.
-            let mean = single::<T>(block.sums[jack] as f32 / BLOCK as f32);
+            // A sum has 21 bits at most and is divided by a power of two, so the mean is exact.
+            let mean = single::<T>(block.sums[jack] as f32 / block.block.scans() as f32);
             let counts = (mean - self.zero_counts[jack]) + excess * mean;
             self.zero_length_m + self.metres_per_count[jack] * counts
         })

@@ -3,7 +3,7 @@
 use hexsense::channel::{INERTIAL, Scan};
 use hexsense::kinematics::{ForwardError, Geometry, Pose, inverse};
 use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::{BLOCK, BlockSize};
 use hexsense::store::{JackCoefficients, MotionBase};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -43,6 +43,7 @@ fn block(jacks: &JackCoefficients, lengths: &[f64; 6]) -> JackBlock {
     JackBlock {
         first_scan: 0,
         supply: SUPPLY,
+        block: BlockSize::default(),
         sums,
     }
 }
@@ -62,13 +63,13 @@ fn double(pose: &Pose<f32>) -> Pose<f64> {
 fn the_sums_of_a_block_are_those_of_its_jacks() {
     let scans: [Scan; BLOCK] =
         std::array::from_fn(|scan| std::array::from_fn(|channel| (100 * channel + scan) as u16));
-    let block = JackBlock::new(32, 0.99, &scans);
+    let block = JackBlock::new(32, 0.99, &scans).unwrap();
     // Sixteen times the first count and 0 + 1 + … + 15.
     assert_eq!(
         block.sums,
         [9, 10, 11, 12, 13, 14].map(|c| 16 * 100 * c + 120)
     );
-    let full = JackBlock::new(0, 1.0, &[[u16::MAX; INERTIAL + 6]; BLOCK]);
+    let full = JackBlock::new(0, 1.0, &[[u16::MAX; INERTIAL + 6]; BLOCK]).unwrap();
     assert_eq!(full.sums, [16 * 65_535; 6]);
 }
 

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
-use hexsense::sampling::{BLOCK, Calibrator};
+use hexsense::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense::wire::Drive;
 use hexsense_probe::analysis::Run;
@@ -158,6 +158,7 @@ fn run_record(run: &Run, analysis: &Analysis) -> RunRecord {
         let first = (sweep.first - 100) / BLOCK * BLOCK;
         let drive = Drive {
             increment: (sweep.sine.frequency_hz / f64::from(RATE_HZ) * 2f64.powi(64)) as u64,
+            block: BlockSize::default(),
             settle_blocks: (first / BLOCK) as u32,
             blocks: (sweep.length_s * f64::from(RATE_HZ) / BLOCK as f64) as u32,
         };
@@ -165,7 +166,7 @@ fn run_record(run: &Run, analysis: &Analysis) -> RunRecord {
         analyser.start(drive);
         let blocks = run.capture.counts.as_chunks::<BLOCK>().0.iter();
         for (block, first_scan) in blocks.zip(run.capture.scans.iter().step_by(BLOCK)) {
-            analyser.update(block, *first_scan);
+            analyser.take(&BlockSums::of_scans(block, *first_scan));
         }
         let report = |channel| analyser.report(channel).unwrap();
         let channels: [_; CHANNELS] = std::array::from_fn(|channel| report(channel).2);

@@ -3,10 +3,9 @@
 //! The board solves in `f32`; here the same mean counts and the same coefficients are solved in `f64`, each block from
 //! home. What is between the two is what the board's precision costs.
 
-use hexsense::channel::Scan;
 use hexsense::kinematics::{Angles, Convention, ForwardError, Pose};
 use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::{BLOCK, BlockSize};
 use hexsense::store::{BaseError, CoefficientSet, SetId};
 use hexsense::wire::{BoardPose, PoseRefusal, PoseReport};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -115,7 +114,7 @@ pub fn compare(
     for report in poses {
         let scan = report.first_scan;
         // The base comes to rest before the capture begins.
-        let Some(block) = block(capture, scan) else {
+        let Some(block) = block(capture, scan, report.block) else {
             continue;
         };
         if report.set != id {
@@ -156,13 +155,15 @@ pub fn compare(
     Ok(difference)
 }
 
-/// The block of a capture that begins with `first_scan`, if it is there without a gap.
-fn block(capture: &Capture, first_scan: u64) -> Option<JackBlock> {
+/// The block of so many scans of a capture that begins with `first_scan`, if it is there without a gap.
+fn block(capture: &Capture, first_scan: u64, size: BlockSize) -> Option<JackBlock> {
     let index = capture.scans.binary_search(&first_scan).ok()?;
-    let scans: &[Scan; BLOCK] = capture.counts.get(index..)?.first_chunk()?;
-    let last = *capture.scans.get(index + BLOCK - 1)?;
-    let whole = last == first_scan + BLOCK as u64 - 1;
-    whole.then(|| JackBlock::new(first_scan, capture.supply[index], scans))
+    let end = index + size.scans();
+    let scans = capture.counts.get(index..end)?;
+    if capture.scans[end - 1] != first_scan + size.scans() as u64 - 1 {
+        return None;
+    }
+    JackBlock::new(first_scan, capture.supply[index], scans)
 }
 
 /// The board's pose in double precision.
@@ -291,8 +292,9 @@ mod tests {
         let mut board = Tracker::<f32>::new(&set.base, &set.jacks).unwrap();
         let reports = (0..10).map(|index| {
             let scan = 5_000 + 16 * index;
-            let outcome = board.next(&block(&capture, scan).unwrap());
+            let outcome = board.next(&block(&capture, scan, BlockSize::default()).unwrap());
             PoseReport {
+                block: BlockSize::default(),
                 first_scan: scan,
                 set: ID,
                 outcome: outcome.map(Into::into).map_err(Into::into),

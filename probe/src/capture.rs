@@ -281,6 +281,7 @@ mod tests {
     fn block(first_scan: u64) -> Block {
         let header = Header {
             first_scan,
+            scans: BLOCK as u8,
             rate_hz: 1000,
             supply: 1.000_123_4,
             temperature_c: 31.62,
@@ -292,9 +293,12 @@ mod tests {
                 pose: false,
             },
         };
-        let counts =
-            std::array::from_fn(|row| std::array::from_fn(|column| (1000 * column + row) as u16));
-        let values = std::array::from_fn(|row| [row as f32 / 3.0 - 1e-12; INERTIAL]);
+        let counts = (0..BLOCK)
+            .map(|row| std::array::from_fn(|column| (1000 * column + row) as u16))
+            .collect();
+        let values = (0..BLOCK)
+            .map(|row| [row as f32 / 3.0 - 1e-12; INERTIAL])
+            .collect();
         Block {
             header,
             counts: Some(counts),
@@ -330,10 +334,13 @@ mod tests {
         );
         for (index, block) in blocks.iter().enumerate() {
             let rows = index * BLOCK..(index + 1) * BLOCK;
-            assert_eq!(capture.counts[rows.clone()], block.counts.unwrap());
             assert_eq!(
-                capture.values.as_ref().unwrap()[rows.clone()],
-                block.values.unwrap()
+                &capture.counts[rows.clone()],
+                block.counts.as_deref().unwrap()
+            );
+            assert_eq!(
+                &capture.values.as_ref().unwrap()[rows.clone()],
+                block.values.as_deref().unwrap()
             );
             assert!(
                 capture.supply[rows]

@@ -12,7 +12,7 @@ use fake::source::{self, Pins, Still};
 use fake::{FakeBoard, Fault};
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::Analyser;
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::{BLOCK, BlockSums};
 use hexsense_probe::campaign::Campaign;
 use hexsense_probe::plan::Plan;
 
@@ -120,7 +120,10 @@ fn assert_replay(campaign: &Campaign, run: &str) {
         .iter()
         .zip(0..)
     {
-        analyser.update(block, sums.first_scan + scan * BLOCK as u64);
+        analyser.take(&BlockSums::of_scans(
+            block,
+            sums.first_scan + scan * BLOCK as u64,
+        ));
     }
     for channel in 0..CHANNELS {
         assert_eq!(

@@ -8,13 +8,14 @@ use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense::channel::CHANNELS;
-use hexsense::harmonics::Analyser;
 use hexsense::live_pose::JackBlock;
-use hexsense::sampling::RATES_HZ;
+use hexsense::sampling::{BlockSize, RATES_HZ};
 use hexsense::wire::frame::{self, Closed};
-use hexsense::wire::message::{self, Drive, Refusal, Request, Response, Status, StreamContent};
+use hexsense::wire::message::{
+    self, PathCycles, Refusal, Request, Response, Status, StreamContent,
+};
 use hexsense::wire::telemetry::Header;
-use hexsense::wire::{Frame, FrameError, Kind, PoseReport, pose, telemetry};
+use hexsense::wire::{Drive, Frame, FrameError, HarmonicState, Kind, PoseReport, pose, telemetry};
 
 use super::clock::Source;
 use super::exchange::{Active, Exchange, Guard, Progress};
@@ -124,8 +125,9 @@ impl Desk {
             let Header {
                 first_scan, supply, ..
             } = block.header;
-            let jacks = JackBlock::new(first_scan, supply, &block.counts);
-            self.exchange.jacks.signal(jacks);
+            if let Some(jacks) = JackBlock::new(first_scan, supply, &block.counts) {
+                self.exchange.jacks.signal(jacks);
+            }
         }
         if !self.stream.has_blocks() {
             return None;
@@ -135,13 +137,14 @@ impl Desk {
             ..block.header
         };
         let sequence = self.next_telemetry();
-        sendable(telemetry::encode(
-            &header,
-            &block.counts,
-            &block.values,
-            sequence,
-            out,
-        ))
+        let samples = telemetry::Samples {
+            inertial: &block.counts.map(|scan| core::array::from_fn(|n| scan[n])),
+            jacks: &block
+                .counts
+                .map(|scan| core::array::from_fn(|n| scan[9 + n])),
+            values: &block.values,
+        };
+        sendable(telemetry::encode(&header, samples, sequence, out))
     }
 
     /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
@@ -166,8 +169,9 @@ impl Desk {
             Request::Status => return Ok(Outcome::Answer(Response::Status(self.status()))),
             Request::Stream(content) => return self.set_stream(content),
             Request::Rate(hz) => return self.set_rate(hz, sequence),
-            Request::Drive(drive) => return self.set_drive(drive, sequence),
-            Request::Harmonics { channel } => return self.report_harmonics(channel, sequence),
+            Request::Block(_) => return Err(Refusal::Busy),
+            Request::Drive { drive, .. } => return self.set_drive(drive, sequence),
+            Request::Harmonics { channel, .. } => return self.report_harmonics(channel, sequence),
             Request::ActiveSet => storage::Command::ActiveSet,
             Request::ReadSet { offset } => storage::Command::Read(offset),
             Request::UploadBegin { length, id } => storage::Command::Begin(length, id),
@@ -203,9 +207,7 @@ impl Desk {
         if self.origin.clock != Source::Crystal {
             return Err(Refusal::NoCrystal);
         }
-        if !Analyser::accepts(&drive) {
-            return Err(Refusal::Drive);
-        }
+        drive.check().map_err(Refusal::Drive)?;
         self.order(
             &self.exchange.to_sampling,
             sampling::Command::Drive(drive),
@@ -250,6 +252,11 @@ impl Desk {
             uptime_ms: Instant::now().as_millis(),
             rate_hz: progress.rate_hz,
             scans: progress.scans,
+            block: BlockSize::default(),
+            first_lost_scan: None,
+            faults: 0,
+            path_cycles: PathCycles::default(),
+            analysers: [HarmonicState::Idle; 3],
             scans_lost: progress.lost,
             blocks_dropped: progress.dropped,
             frames_damaged: self.frames_damaged,
@@ -264,7 +271,7 @@ impl Desk {
 }
 
 fn check_capacity(content: StreamContent, rate_hz: u32) -> Result<(), Refusal> {
-    let bits_per_s = telemetry::bits_per_second(content, rate_hz);
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, BlockSize::default());
     if bits_per_s > TELEMETRY_LIMIT_BITS_PER_S {
         return Err(Refusal::LinkCapacity {
             bits_per_s,

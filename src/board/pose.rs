@@ -54,6 +54,7 @@ pub async fn find(exchange: &'static Exchange) -> ! {
         last = now;
         exchange.pose.signal(PoseReport {
             first_scan: block.first_scan,
+            block: block.block,
             set: *set,
             outcome,
         });

@@ -11,8 +11,9 @@ use embassy_sync::{watch, zerocopy_channel};
 use embassy_time::Instant;
 use hexsense::channel::{CHANNELS, INERTIAL, Scan};
 use hexsense::harmonics::{Analyser, ChannelSums};
-use hexsense::sampling::{BLOCK, RATES_HZ, Values};
-use hexsense::wire::message::{Drive, Response, StreamContent};
+use hexsense::sampling::{BLOCK, BlockSize, BlockSums, RATES_HZ, Values};
+use hexsense::wire::Drive;
+use hexsense::wire::message::{Response, StreamContent};
 use hexsense::wire::telemetry::Header;
 
 use super::acquisition::{Buffers, Fault, Run};
@@ -38,6 +39,7 @@ impl Block {
     pub const EMPTY: Self = Self {
         header: Header {
             first_scan: 0,
+            scans: BLOCK as u8,
             rate_hz: 0,
             supply: 0.0,
             temperature_c: 0.0,
@@ -62,7 +64,7 @@ pub type Blocks = zerocopy_channel::Sender<'static, Guard, Block>;
 pub enum Command {
     /// Scan at this rate, Hz, one of `RATES_HZ`; ends the estimation.
     Rate(u32),
-    /// Estimate at this drive frequency, which [`Analyser::accepts`], from the next block on.
+    /// Estimate at this drive frequency, which is possible, from the next block on.
     Drive(Drive),
     /// Report the sums of this channel, 0 to 14.
     Harmonics(u8),
@@ -176,7 +178,8 @@ impl Path {
 
     async fn handle_block(&mut self) {
         let first_scan = self.progress.scans + self.progress.lost;
-        self.analyser.update(&self.scans, first_scan);
+        self.analyser
+            .take(&BlockSums::of_scans(&self.scans, first_scan));
         if let Some(set) = self.active.try_changed() {
             self.set = Some(set);
         }
@@ -185,6 +188,7 @@ impl Path {
             Some(block) => {
                 block.header = Header {
                     first_scan,
+                    scans: BLOCK as u8,
                     rate_hz: self.progress.rate_hz,
                     supply: supply.factor(),
                     temperature_c: supply.temperature_c,
@@ -233,6 +237,7 @@ impl Path {
 /// What is reported when nothing is estimated.
 const NO_DRIVE: Drive = Drive {
     increment: 0,
+    block: BlockSize::Sixteen,
     settle_blocks: 0,
     blocks: 0,
 };

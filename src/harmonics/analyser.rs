@@ -16,9 +16,9 @@
 //! The sums of a channel take 100 bytes: ten sums of 62 bits, a square of 63, a drift of 53, and an offset of 42, whose
 //! upper ten bits lie above the drift.
 
-use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
-use crate::sampling::{BLOCK, BlockSize, BlockSums};
-use crate::wire::{self, HarmonicState};
+use crate::channel::{CHANNELS, INERTIAL, JACKS};
+use crate::sampling::{BlockSize, BlockSums};
+use crate::wire::HarmonicState;
 use serde::{Deserialize, Serialize};
 
 use super::HARMONICS;
@@ -153,18 +153,8 @@ impl Analyser {
         }
     }
 
-    /// Whether a drive can be estimated, see [`Drive::is_possible`].
-    #[must_use]
-    pub fn accepts<'d, D: 'd>(drive: &'d D) -> bool
-    where
-        Drive: From<&'d D>,
-    {
-        Drive::from(drive).is_possible()
-    }
-
-    /// Starts anew at this drive, which must be possible, with the next block.
-    pub fn start(&mut self, drive: impl Into<Drive>) {
-        let drive = drive.into();
+    /// Starts anew at this drive, which must pass [`Drive::check`], with the next block.
+    pub fn start(&mut self, drive: Drive) {
         *self = Self {
             increment: drive.increment,
             size: drive.block,
@@ -172,11 +162,6 @@ impl Analyser {
             blocks: drive.blocks,
             ..Self::new()
         };
-    }
-
-    /// Takes one block of sixteen scans; `first_scan` is the counter of its first scan.
-    pub fn update(&mut self, scans: &[Scan; BLOCK], first_scan: u64) {
-        self.take(&BlockSums::of_scans(scans, first_scan));
     }
 
     /// Takes the sums of one block of the drive's size.
@@ -259,7 +244,7 @@ impl Analyser {
 
     /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or no such channel.
     #[must_use]
-    pub fn report(&self, channel: usize) -> Option<(wire::Drive, u64, ChannelSums)> {
+    pub fn report(&self, channel: usize) -> Option<(Drive, u64, ChannelSums)> {
         if self.blocks == 0 || channel >= CHANNELS {
             return None;
         }
@@ -267,17 +252,12 @@ impl Analyser {
             None => self.inertial.channel(channel),
             Some(jack) => self.jacks.channel(jack),
         };
-        let drive = wire::Drive {
-            increment: self.increment,
-            settle_blocks: self.settle_blocks,
-            blocks: self.blocks,
-        };
         let begun = self.taken > self.settle_blocks;
         let first = if begun {
             self.began + self.scans(self.settle_blocks)
         } else {
             0
         };
-        Some((drive, first, sums?))
+        Some((self.drive(), first, sums?))
     }
 }

@@ -48,16 +48,18 @@ pub fn mistaken(
     let block_rate_hz = rate_hz / scans;
     let shifted = |line_hz: f64, harmonic: u32| {
         let shift = f64::from(harmonic) * frequency_hz;
-        [line_hz - shift, line_hz + shift].into_iter().find_map(|at| {
-            let multiple = libm::round(at / block_rate_hz);
-            let near = libm::fabs(at - multiple * block_rate_hz) < distance_hz;
-            let of_blocks_alone = multiple > 0.0 && libm::fmod(multiple, scans) != 0.0;
-            (near && of_blocks_alone).then_some(Mistaken {
-                line_hz,
-                multiple: multiple as u32,
-                harmonic,
+        [line_hz - shift, line_hz + shift]
+            .into_iter()
+            .find_map(|at| {
+                let multiple = libm::round(at / block_rate_hz);
+                let near = libm::fabs(at - multiple * block_rate_hz) < distance_hz;
+                let of_blocks_alone = multiple > 0.0 && libm::fmod(multiple, scans) != 0.0;
+                (near && of_blocks_alone).then_some(Mistaken {
+                    line_hz,
+                    multiple: multiple as u32,
+                    harmonic,
+                })
             })
-        })
     };
     lines_hz
         .iter()

@@ -1,8 +1,9 @@
 //! What an analyser is asked for: a frequency, a block, how long to let pass and how long to sum.
 
+use serde::{Deserialize, Serialize};
+
 use super::HARMONICS;
 use crate::sampling::BlockSize;
-use crate::wire;
 
 /// Longest sum, blocks: beyond it the sums of full-scale blocks could overflow.
 pub const MAX_BLOCKS: u32 = 1 << 21;
@@ -12,7 +13,7 @@ const PLACES_BITS: u32 = 12;
 const TURN: f64 = 18_446_744_073_709_551_616.0;
 
 /// One drive frequency to estimate at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Drive {
     /// Phase advance for each scan, in turns · 2⁶⁴: f / (scan rate) · 2⁶⁴, see [`increment`].
     pub increment: u64,
@@ -25,12 +26,25 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Whether it can be estimated: a frequency above zero whose fifth harmonic turns by less than half a turn in a
-    /// block (5f·B / rate < ½), and 1 to [`MAX_BLOCKS`] blocks.
-    #[must_use]
-    pub const fn is_possible(&self) -> bool {
-        let limit = u64::MAX / (2 * HARMONICS as u64 * self.block.scans() as u64);
-        self.increment > 0 && self.increment < limit && self.blocks > 0 && self.blocks <= MAX_BLOCKS
+    /// Whether it can be estimated.
+    ///
+    /// # Errors
+    /// [`DriveError`], which says what is beyond its limit.
+    pub const fn check(&self) -> Result<(), DriveError> {
+        if self.increment == 0 || self.increment >= increment_limit(BlockSize::One) {
+            return Err(DriveError::Frequency);
+        }
+        if self.increment >= increment_limit(self.block) {
+            return Err(DriveError::FifthHarmonic {
+                scans: self.block.scans() as u8,
+            });
+        }
+        if self.blocks == 0 || self.blocks > MAX_BLOCKS {
+            return Err(DriveError::Blocks {
+                blocks: self.blocks,
+            });
+        }
+        Ok(())
     }
 
     /// Radians for each scan.
@@ -55,27 +69,34 @@ impl Drive {
     }
 }
 
-impl From<&wire::Drive> for Drive {
-    fn from(drive: &wire::Drive) -> Self {
-        Self {
-            increment: drive.increment,
-            block: BlockSize::default(),
-            settle_blocks: drive.settle_blocks,
-            blocks: drive.blocks,
-        }
-    }
+/// Phase advance for each scan from which on the fifth harmonic turns by half a turn or more in a block, in
+/// turns · 2⁶⁴: 5f·B / rate = ½.
+const fn increment_limit(block: BlockSize) -> u64 {
+    u64::MAX / (2 * HARMONICS as u64 * block.scans() as u64)
 }
 
-impl From<wire::Drive> for Drive {
-    fn from(drive: wire::Drive) -> Self {
-        Self::from(&drive)
-    }
-}
-
-impl From<&Drive> for Drive {
-    fn from(drive: &Drive) -> Self {
-        *drive
-    }
+/// Why a drive cannot be estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum DriveError {
+    /// Not above zero, or so high that even single scans cannot hold five harmonics.
+    #[error(
+        "the drive frequency must be above zero and below a tenth of the scan rate; choose another or scan faster"
+    )]
+    Frequency,
+    /// The fifth harmonic turns by half a turn or more in one block.
+    #[error(
+        "the fifth harmonic of the drive frequency is too fast for blocks of {scans} scans; choose smaller blocks or scan faster"
+    )]
+    FifthHarmonic {
+        /// Scans of a block.
+        scans: u8,
+    },
+    /// No blocks to sum over, or so many that sums could overflow.
+    #[error("a sum over {blocks} blocks is not possible; sum over 1 to {MAX_BLOCKS}")]
+    Blocks {
+        /// As asked for.
+        blocks: u32,
+    },
 }
 
 /// A phase of turns · 2⁶⁴ in rad.

@@ -29,7 +29,7 @@ pub mod table;
 
 pub use analyser::{Analyser, ChannelSums, Step};
 pub use choice::largest_block;
-pub use drive::{Drive, increment};
+pub use drive::{Drive, DriveError, increment};
 pub use series::{Series, fit_frequency};
 pub use solution::{solve, solve_channel};
 
@@ -37,6 +37,8 @@ use nalgebra::{SMatrix, SVector};
 
 /// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
 pub const HARMONICS: usize = 5;
+/// Analysers that a board has: drive frequencies that it can estimate at once.
+pub const ANALYSERS: usize = 3;
 /// Regressors of the fit: offset, drift, and a cosine and a sine for each harmonic.
 pub const REGRESSORS: usize = 2 + 2 * HARMONICS;
 

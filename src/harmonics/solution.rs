@@ -23,11 +23,8 @@ type Square = SMatrix<f64, REGRESSORS, REGRESSORS>;
 
 /// Harmonics of one channel from its sums, in counts; `None` when the blocks do not determine twelve unknowns.
 #[must_use]
-pub fn solve(drive: impl Into<Drive>, sums: &ChannelSums) -> Option<Harmonics> {
-    let drive = &drive.into();
-    if !drive.is_possible() {
-        return None;
-    }
+pub fn solve(drive: &Drive, sums: &ChannelSums) -> Option<Harmonics> {
+    drive.check().ok()?;
     let (crossed, instruments) = replay(drive);
     let moments = moments(drive, sums);
     let inverse = crossed.try_inverse()?;
@@ -47,12 +44,11 @@ pub fn solve(drive: impl Into<Drive>, sums: &ChannelSums) -> Option<Harmonics> {
 /// [`instant_s`]) is taken out, so that channels of different ranks can be compared.
 #[must_use]
 pub fn solve_channel(
-    drive: impl Into<Drive>,
+    drive: &Drive,
     rate_hz: u32,
     channel: usize,
     sums: &ChannelSums,
 ) -> Option<Harmonics> {
-    let drive = drive.into();
     let late_scans = instant_s(channel) * f64::from(rate_hz);
     Some(solve(drive, sums)?.sampled_earlier(drive.omega() * late_scans))
 }

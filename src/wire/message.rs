@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::harmonics::ChannelSums;
+use crate::harmonics::{ANALYSERS, ChannelSums, Drive, DriveError};
+use crate::sampling::BlockSize;
 use crate::store::{RecordError, SetId};
 use crate::wire::frame::{self, FrameError, Kind};
 
@@ -20,13 +21,25 @@ pub enum Request {
     Status,
     /// Start, change or stop the stream of blocks and poses → [`Response::Done`].
     Stream(StreamContent),
-    /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. The scan counter goes on → [`Response::Done`].
+    /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. As with [`Request::Block`], the analysers stop and
+    /// the scan counter goes on → [`Response::Done`].
     Rate(u32),
-    /// Estimate at this drive frequency from the next block on → [`Response::Done`].
-    Drive(Drive),
-    /// Sums of one channel (0 to 14) at the drive frequency → [`Response::Harmonics`].
+    /// Take so many scans at a time. The converters start anew and the analysers stop; the scan counter goes on, with
+    /// the scans that fell into the pause counted as lost → [`Response::Done`].
+    Block(BlockSize),
+    /// Estimate at this drive frequency from the next block on; the other analysers and the stream go on →
+    /// [`Response::Done`].
+    Drive {
+        /// Index of the analyser, 0 to 2.
+        analyser: u8,
+        /// What to estimate; made for the block that the board takes now.
+        drive: Drive,
+    },
+    /// Sums of one channel at the drive frequency of one analyser → [`Response::Harmonics`].
     Harmonics {
-        /// Index of the channel in a scan.
+        /// Index of the analyser, 0 to 2.
+        analyser: u8,
+        /// Index of the channel in a scan, 0 to 14.
         channel: u8,
     },
     /// Which set is active? → [`Response::ActiveSet`].
@@ -73,17 +86,6 @@ impl StreamContent {
     pub const fn has_blocks(&self) -> bool {
         self.counts || self.values
     }
-}
-
-/// One drive frequency to estimate at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Drive {
-    /// Phase advance for each scan, in turns · 2⁶⁴: f / (scan rate) · 2⁶⁴.
-    pub increment: u64,
-    /// Blocks to let pass before summing.
-    pub settle_blocks: u32,
-    /// Blocks to sum over.
-    pub blocks: u32,
 }
 
 /// How far the harmonic sums have come.
@@ -180,8 +182,18 @@ pub struct Status {
     pub rate_hz: u32,
     /// Scans taken.
     pub scans: u64,
-    /// Scans lost in the converters or their rings.
+    /// Scans that are taken at a time, see [`Request::Block`].
+    pub block: BlockSize,
+    /// Scans lost: in the converters, in their rings, and while they were started anew.
     pub scans_lost: u64,
+    /// Scan counter of the first scan that was lost.
+    pub first_lost_scan: Option<u64>,
+    /// Times that the converters were started anew because a result was not fetched or a block not read in time.
+    pub faults: u32,
+    /// Core cycles that the sample path took for a block.
+    pub path_cycles: PathCycles,
+    /// How far each analyser is.
+    pub analysers: [HarmonicState; ANALYSERS],
     /// Blocks that the link could not carry.
     pub blocks_dropped: u32,
     /// Received frames that were damaged.
@@ -200,6 +212,18 @@ pub struct Status {
     pub panic: Option<heapless::String<128>>,
 }
 
+/// Core cycles from the first to the last instruction of the sample path, since the converters were last started; all
+/// zero before the first block.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PathCycles {
+    /// Least of all blocks.
+    pub min: u32,
+    /// Most of all blocks.
+    pub max: u32,
+    /// Latest block.
+    pub last: u32,
+}
+
 /// Why a request was refused. Each says what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
@@ -216,7 +240,7 @@ pub enum Refusal {
     },
     /// The link cannot carry this much.
     #[error(
-        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content or a lower rate"
+        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content, larger blocks or a lower rate"
     )]
     LinkCapacity {
         /// What the stream would need.
@@ -229,9 +253,25 @@ pub enum Refusal {
         "the board runs without its crystal, about 1 % off in time; fit or connect the 24 MHz crystal to calibrate"
     )]
     NoCrystal,
-    /// The drive frequency, settle or length is out of range.
-    #[error("the drive is out of range: 0 < frequency < scan rate / 160, and 1 to 2097152 blocks")]
-    Drive,
+    /// The drive is out of range.
+    #[error("{0}")]
+    Drive(DriveError),
+    /// The drive was made for another block than the board takes now.
+    #[error(
+        "the drive is made for blocks of {drive} scans, and the board takes {board} at a time; set the block first"
+    )]
+    OtherBlock {
+        /// Scans of the drive's blocks.
+        drive: u8,
+        /// Scans of the board's.
+        board: u8,
+    },
+    /// No such analyser.
+    #[error("there is no analyser {analyser}; analysers are 0 to 2")]
+    Analyser {
+        /// As asked.
+        analyser: u8,
+    },
     /// No such channel.
     #[error("there is no channel {channel}; channels are 0 to 14")]
     Channel {

@@ -24,10 +24,9 @@ pub mod message;
 pub mod pose;
 pub mod telemetry;
 
+pub use crate::harmonics::Drive;
 pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
-pub use message::{
-    Drive, HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent,
-};
+pub use message::{HarmonicState, Identity, Refusal, Request, Response, Status, StreamContent};
 pub use pose::{BoardPose, PoseRefusal, PoseReport};
 
 /// Version of everything on the wire but hello and greeting.

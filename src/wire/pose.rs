@@ -7,18 +7,21 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use crate::kinematics::{ForwardError, Solution};
+use crate::sampling::BlockSize;
 use crate::store::{BaseError, SetId};
 
 /// Most reports in a second; of the blocks that come faster the latest counts.
 pub const MAX_RATE_HZ: u32 = 100;
-/// Upper bound of an encoded report, bytes: scan 10, set 8, variant 1, pose 37.
-pub const MAX_REPORT: usize = 56;
+/// Upper bound of an encoded report, bytes: scan 10, block 1, set 8, variant 1, pose 37.
+pub const MAX_REPORT: usize = 57;
 
 /// The pose over one block, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PoseReport {
     /// Scan counter of the first scan of the block.
     pub first_scan: u64,
+    /// Scans of the block.
+    pub block: BlockSize,
     /// Set whose base and transducers were used.
     pub set: SetId,
     /// The pose, or why there is none.

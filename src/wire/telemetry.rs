@@ -1,30 +1,44 @@
 //! Blocks of samples, sent by the board while it streams.
 //!
 //! ```text
-//! | header, postcard | counts 16 × 15 × u16 LE, if streamed | values 16 × 9 × f32 LE, if streamed |
+//! | header, postcard | counts n × 15 × u16 LE, if streamed | values n × 9 × f32 LE, if streamed |
 //! ```
 //!
-//! The samples are not postcard: its variable-length integers would make a count of 16 bits up to three bytes.
+//! The header says how many scans n there are: those of one block, and at most [`MOST_SCANS`]; a larger block travels
+//! in two frames.
+//!
+//! Counts travel as they are, 16 bits each. At 4 kHz all fifteen channels then need 1.34 Mbit/s of a line of 2 Mbit/s,
+//! header, checksum and COBS included, of which telemetry may use 1.6; the rest is for answers. Packing differences
+//! would save perhaps a third at rest and nothing while the base shakes, where the frames must fit too: a frame of
+//! constant length takes constant time to make and to send, and a stream that is accepted never fails for what is in
+//! it. Neither are the samples postcard: its variable-length integers would make a count up to three bytes.
 
 use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use super::message::StreamContent;
 use super::pose;
-use crate::channel::{CHANNELS, INERTIAL, Scan};
-use crate::sampling::{BLOCK, Values};
+use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
+use crate::sampling::{BlockSize, Values};
 use crate::store::SetId;
 
-const COUNT_BYTES: usize = BLOCK * CHANNELS * 2;
-const VALUE_BYTES: usize = BLOCK * INERTIAL * 4;
-/// Upper bound of the encoded header, bytes.
-const MAX_HEADER: usize = 64;
+/// Most scans of a frame.
+pub const MOST_SCANS: usize = 16;
+/// Bytes of one scan's counts.
+const COUNT_BYTES: usize = CHANNELS * 2;
+/// Bytes of one scan's values.
+const VALUE_BYTES: usize = INERTIAL * 4;
+/// Upper bound of the encoded header, bytes: scan 10, scans 1, rate 5, supply 4, temperature 4, set 9, dropped 5,
+/// content 3.
+const MAX_HEADER: usize = 41;
 
-/// What is common to the scans of a block.
+/// What is common to the scans of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Scan counter of the first scan; the others follow without a gap.
     pub first_scan: u64,
+    /// Scans in this frame, 1 to [`MOST_SCANS`].
+    pub scans: u8,
     /// Scan rate, Hz.
     pub rate_hz: u32,
     /// Supply factor of these scans, see [`crate::sampling`].
@@ -39,29 +53,55 @@ pub struct Header {
     pub content: StreamContent,
 }
 
-/// A block as received.
+/// Samples on their way into a frame, a scan an item in each list; those that the content leaves out may be empty.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples<'a> {
+    /// Counts of the inertial channels.
+    pub inertial: &'a [[u16; INERTIAL]],
+    /// Counts of the jacks.
+    pub jacks: &'a [[u16; JACKS]],
+    /// Calibrated values.
+    pub values: &'a [Values],
+}
+
+/// A block, or half of one, as received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// What is common to the scans.
     pub header: Header,
     /// Raw counts, when streamed.
-    pub counts: Option<[Scan; BLOCK]>,
+    pub counts: Option<heapless::Vec<Scan, MOST_SCANS>>,
     /// Calibrated values, when streamed.
-    pub values: Option<[Values; BLOCK]>,
+    pub values: Option<heapless::Vec<Values, MOST_SCANS>>,
 }
 
 /// Line capacity that a stream needs, bit/s of 10-bit characters, all overheads included.
 #[must_use]
-pub const fn bits_per_second(content: StreamContent, rate_hz: u32) -> u32 {
-    let counts = if content.counts { COUNT_BYTES } else { 0 };
-    let values = if content.values { VALUE_BYTES } else { 0 };
-    let blocks = if content.has_blocks() {
-        frame_bits(MAX_HEADER + counts + values) * rate_hz / BLOCK as u32
+pub const fn bits_per_second(content: StreamContent, rate_hz: u32, block: BlockSize) -> u32 {
+    let scans = block.scans();
+    let in_frame = if scans < MOST_SCANS {
+        scans
+    } else {
+        MOST_SCANS
+    };
+    let counts = if content.counts {
+        in_frame * COUNT_BYTES
     } else {
         0
     };
-    let poses_hz = if rate_hz < pose::MAX_RATE_HZ * BLOCK as u32 {
-        rate_hz.div_ceil(BLOCK as u32)
+    let values = if content.values {
+        in_frame * VALUE_BYTES
+    } else {
+        0
+    };
+    let samples = if content.has_blocks() {
+        frame_bits(MAX_HEADER + counts + values) * rate_hz.div_ceil(in_frame as u32)
+    } else {
+        0
+    };
+    let blocks_hz = rate_hz.div_ceil(scans as u32);
+    let poses_hz = if blocks_hz < pose::MAX_RATE_HZ {
+        blocks_hz
     } else {
         pose::MAX_RATE_HZ
     };
@@ -70,7 +110,7 @@ pub const fn bits_per_second(content: StreamContent, rate_hz: u32) -> u32 {
     } else {
         0
     };
-    blocks + poses
+    samples + poses
 }
 
 /// Bits on the line of a frame with so many bytes of payload; sixteen cover header, checksum and COBS.
@@ -78,32 +118,39 @@ const fn frame_bits(payload: usize) -> u32 {
     ((payload + 16) * 10) as u32
 }
 
-/// Encodes a block as a frame into `out` and returns its length; `header.content` says which of the samples go.
+/// Encodes samples as a frame into `out` and returns its length; `header` says how many scans go, and which samples.
 ///
 /// # Errors
-/// [`FrameError::Long`] when `out` is shorter than the frame.
+/// [`FrameError::Long`] when `out` is shorter than the frame, or there are fewer samples or more scans than a frame
+/// holds.
 pub fn encode(
     header: &Header,
-    counts: &[Scan; BLOCK],
-    values: &[Values; BLOCK],
+    samples: Samples<'_>,
     sequence: u16,
     out: &mut [u8],
 ) -> Result<usize, FrameError> {
     frame::encode(Kind::Block, sequence, out, |payload| {
+        let scans = usize::from(header.scans);
         let mut used = postcard::to_slice(header, payload).ok()?.len();
         if header.content.counts {
-            let bytes = payload.get_mut(used..used + COUNT_BYTES)?;
-            for (bytes, count) in bytes.chunks_exact_mut(2).zip(counts.as_flattened()) {
-                bytes.copy_from_slice(&count.to_le_bytes());
+            let bytes = payload.get_mut(used..used + scans * COUNT_BYTES)?;
+            let (inertial, jacks) = (samples.inertial.get(..scans)?, samples.jacks.get(..scans)?);
+            let counts = inertial.iter().zip(jacks);
+            for (bytes, (inertial, jacks)) in bytes.chunks_exact_mut(COUNT_BYTES).zip(counts) {
+                let counts = inertial.iter().chain(jacks);
+                for (bytes, count) in bytes.chunks_exact_mut(2).zip(counts) {
+                    bytes.copy_from_slice(&count.to_le_bytes());
+                }
             }
-            used += COUNT_BYTES;
+            used += scans * COUNT_BYTES;
         }
         if header.content.values {
-            let bytes = payload.get_mut(used..used + VALUE_BYTES)?;
-            for (bytes, value) in bytes.chunks_exact_mut(4).zip(values.as_flattened()) {
+            let bytes = payload.get_mut(used..used + scans * VALUE_BYTES)?;
+            let values = samples.values.get(..scans)?.as_flattened();
+            for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
                 bytes.copy_from_slice(&value.to_le_bytes());
             }
-            used += VALUE_BYTES;
+            used += scans * VALUE_BYTES;
         }
         Some(used)
     })
@@ -113,39 +160,40 @@ pub fn encode(
 #[must_use]
 pub fn decode(payload: &[u8]) -> Option<Block> {
     let (header, mut rest) = postcard::take_from_bytes::<Header>(payload).ok()?;
-    let counts = if header.content.counts {
-        let (bytes, after) = rest.split_at_checked(COUNT_BYTES)?;
+    let scans = usize::from(header.scans);
+    if scans == 0 || scans > MOST_SCANS {
+        return None;
+    }
+    let mut take = |wanted: bool, bytes: usize| {
+        let (taken, after) = rest.split_at_checked(if wanted { scans * bytes } else { 0 })?;
         rest = after;
-        let mut counts = [[0; CHANNELS]; BLOCK];
-        for (count, bytes) in counts
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(bytes.as_chunks::<2>().0)
-        {
-            *count = u16::from_le_bytes(*bytes);
-        }
-        Some(counts)
-    } else {
-        None
+        Some(taken)
     };
-    let values = if header.content.values {
-        let (bytes, after) = rest.split_at_checked(VALUE_BYTES)?;
-        rest = after;
-        let mut values = [[0.0; INERTIAL]; BLOCK];
-        for (value, bytes) in values
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(bytes.as_chunks::<4>().0)
-        {
-            *value = f32::from_le_bytes(*bytes);
-        }
-        Some(values)
-    } else {
-        None
-    };
-    rest.is_empty().then_some(Block {
+    let counts = take(header.content.counts, COUNT_BYTES)?
+        .as_chunks::<COUNT_BYTES>()
+        .0;
+    let values = take(header.content.values, VALUE_BYTES)?
+        .as_chunks::<VALUE_BYTES>()
+        .0;
+    rest.is_empty().then(|| Block {
         header,
-        counts,
-        values,
+        counts: header
+            .content
+            .counts
+            .then(|| counts.iter().map(scan_of).collect()),
+        values: header
+            .content
+            .values
+            .then(|| values.iter().map(values_of).collect()),
     })
+}
+
+fn scan_of(bytes: &[u8; COUNT_BYTES]) -> Scan {
+    let counts = bytes.as_chunks::<2>().0;
+    core::array::from_fn(|channel| u16::from_le_bytes(counts[channel]))
+}
+
+fn values_of(bytes: &[u8; VALUE_BYTES]) -> Values {
+    let values = bytes.as_chunks::<4>().0;
+    core::array::from_fn(|channel| f32::from_le_bytes(values[channel]))
 }

@@ -3,9 +3,8 @@
 use std::f64::consts::TAU;
 
 use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{Analyser, Harmonics, solve};
-use hexsense::sampling::BLOCK;
-use hexsense::wire::Drive;
+use hexsense::harmonics::{Analyser, Drive, Harmonics, solve};
+use hexsense::sampling::{BLOCK, BlockSize, BlockSums};
 
 use crate::reference;
 
@@ -15,6 +14,7 @@ const CHANNEL: usize = 4;
 pub fn drive(frequency_hz: f64, rate_hz: f64, blocks: u32) -> Drive {
     Drive {
         increment: (frequency_hz / rate_hz * 2_f64.powi(64)) as u64,
+        block: BlockSize::default(),
         settle_blocks: 0,
         blocks,
     }
@@ -34,7 +34,7 @@ fn analyse(drive: Drive, counts: &[u16]) -> Analyser {
             scan[CHANNEL] = count;
             scan
         });
-        analyser.update(&scans, (index * BLOCK) as u64);
+        analyser.take(&BlockSums::of_scans(&scans, (index * BLOCK) as u64));
     }
     analyser
 }

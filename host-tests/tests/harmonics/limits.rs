@@ -2,34 +2,46 @@
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::analyser::MAX_BLOCKS;
-use hexsense::harmonics::{Analyser, solve};
-use hexsense::sampling::BLOCK;
-use hexsense::wire::{Drive, HarmonicState};
+use hexsense::harmonics::{Analyser, Drive, DriveError, solve};
+use hexsense::sampling::{BLOCK, BlockSize, BlockSums};
+use hexsense::wire::HarmonicState;
 
 use crate::board::drive;
 
 #[test]
 fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
-    let limit = (u128::from(u64::MAX) + 1) / 160;
-    let with = |increment, blocks| {
-        Analyser::accepts(&Drive {
-            increment,
-            settle_blocks: u32::MAX,
-            blocks,
-        })
-    };
-    assert!(with(1, 1) && with(limit as u64 - 1, MAX_BLOCKS));
-    assert!(!with(0, 1) && !with(limit as u64 + 1, 1) && !with(u64::MAX, 1));
-    assert!(!with(1, 0) && !with(1, MAX_BLOCKS + 1));
+    for block in BlockSize::ALL {
+        let limit = (u128::from(u64::MAX) + 1) / 10 / block.scans() as u128;
+        let with = |increment, blocks| {
+            let drive = Drive {
+                increment,
+                block,
+                settle_blocks: u32::MAX,
+                blocks,
+            };
+            drive.check()
+        };
+        let fifth = Err(match block {
+            BlockSize::One => DriveError::Frequency,
+            _ => DriveError::FifthHarmonic {
+                scans: block.scans() as u8,
+            },
+        });
+        assert_eq!(with(1, 1), Ok(()));
+        assert_eq!(with(limit as u64 - 1, MAX_BLOCKS), Ok(()));
+        assert_eq!(with(0, 1), Err(DriveError::Frequency));
+        assert_eq!(with(limit as u64 + 1, 1), fifth);
+        assert_eq!(with(u64::MAX / 10, 1), Err(DriveError::Frequency));
+        for blocks in [0, MAX_BLOCKS + 1] {
+            assert_eq!(with(1, blocks), Err(DriveError::Blocks { blocks }));
+        }
+    }
     // What users ask for: 6 Hz at 1 kHz and 25 Hz, just, at 4 kHz.
-    assert!(
-        Analyser::accepts(&drive(6.24, 1_000.0, 100))
-            && Analyser::accepts(&drive(24.9, 4_000.0, 100))
-    );
-    assert!(
-        !Analyser::accepts(&drive(6.26, 1_000.0, 100))
-            && !Analyser::accepts(&drive(25.1, 4_000.0, 100))
-    );
+    for (below, above, rate_hz) in [(6.24, 6.26, 1_000.0), (24.9, 25.1, 4_000.0)] {
+        assert_eq!(drive(below, rate_hz, 100).check(), Ok(()));
+        let refused = drive(above, rate_hz, 100).check();
+        assert_eq!(refused, Err(DriveError::FifthHarmonic { scans: 16 }));
+    }
 }
 
 #[test]
@@ -37,6 +49,7 @@ fn the_longest_sum_of_full_scale_does_not_overflow() {
     // Arithmetic is checked in tests: an overflow panics. Each channel is driven to make one of its sums greatest.
     let drive = Drive {
         increment: u64::MAX / 161,
+        block: BlockSize::default(),
         settle_blocks: 0,
         blocks: MAX_BLOCKS,
     };
@@ -53,7 +66,8 @@ fn the_longest_sum_of_full_scale_does_not_overflow() {
             0
         };
         scan[2] = if phase < 1 << 63 { u16::MAX } else { 0 };
-        analyser.update(&[scan; BLOCK], u64::from(block) * BLOCK as u64);
+        let first_scan = u64::from(block) * BLOCK as u64;
+        analyser.take(&BlockSums::of_scans(&[scan; BLOCK], first_scan));
         phase = phase.wrapping_add(drive.increment.wrapping_mul(BLOCK as u64));
     }
     assert_eq!(analyser.state(), HarmonicState::Complete);
@@ -73,7 +87,7 @@ fn the_longest_sum_of_full_scale_does_not_overflow() {
 fn an_analyser_says_how_far_it_is() {
     let mut analyser = Analyser::new();
     let block = [[100; CHANNELS]; BLOCK];
-    analyser.update(&block, 0);
+    analyser.take(&BlockSums::of_scans(&block, 0));
     assert_eq!(
         (analyser.state(), analyser.report(0)),
         (HarmonicState::Idle, None)
@@ -87,7 +101,7 @@ fn an_analyser_says_how_far_it_is() {
     let states: Vec<_> = (1..=6)
         .map(|index| {
             let state = analyser.state();
-            analyser.update(&block, index * 16);
+            analyser.take(&BlockSums::of_scans(&block, index * 16));
             state
         })
         .collect();

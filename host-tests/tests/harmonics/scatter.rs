@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::{Analyser, Harmonics, Series, solve};
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::{BLOCK, BlockSums};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -84,12 +84,12 @@ fn the_board_scatters_by_the_bound_and_says_so() {
             let mut analyser = Analyser::new();
             analyser.start(drive);
             for block in 0..blocks as usize {
-                let scans = std::array::from_fn(|scan| {
+                let scans: [_; BLOCK] = std::array::from_fn(|scan| {
                     let theta = TAU * frequency_hz / rate_hz * (block * BLOCK + scan) as f64;
                     let clean = 32_768.0 + amplitude * (theta - phase).cos();
                     [(); CHANNELS].map(|()| (clean + noise * normal(&mut random)).round() as u16)
                 });
-                analyser.update(&scans, (block * BLOCK) as u64);
+                analyser.take(&BlockSums::of_scans(&scans, (block * BLOCK) as u64));
             }
             fits.extend((0..CHANNELS).map(|channel| {
                 let (drive, _, sums) = analyser.report(channel).unwrap();

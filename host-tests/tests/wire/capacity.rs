@@ -1,16 +1,17 @@
 //! The largest messages fit their frames, and the stream's needs are not understated.
 
-use hexsense::channel::{CHANNELS, INERTIAL};
-use hexsense::sampling::{BLOCK, RATES_HZ};
+use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::sampling::{BlockSize, RATES_HZ};
 use hexsense::store::SetId;
 use hexsense::wire::frame::{self, Closed, Deframer, FrameError};
-use hexsense::wire::telemetry::{self, Header};
+use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose};
 
 /// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
-fn largest_block(content: StreamContent) -> usize {
+fn largest_block(content: StreamContent, scans: usize) -> usize {
     let header = Header {
         first_scan: u64::MAX,
+        scans: scans as u8,
         rate_hz: u32::MAX,
         supply: -1.999_999_9,
         temperature_c: -1.999_999_9,
@@ -18,17 +19,19 @@ fn largest_block(content: StreamContent) -> usize {
         dropped: u32::MAX,
         content,
     };
-    let (counts, values) = (
-        [[0xFFFF; CHANNELS]; BLOCK],
-        [[-1.999_999_9; INERTIAL]; BLOCK],
-    );
-    telemetry::encode(&header, &counts, &values, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
+    let samples = Samples {
+        inertial: &[[0xFFFF; INERTIAL]; MOST_SCANS],
+        jacks: &[[0xFFFF; JACKS]; MOST_SCANS],
+        values: &[[-1.999_999_9; INERTIAL]; MOST_SCANS],
+    };
+    telemetry::encode(&header, samples, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
 }
 
 /// The pose that takes most bytes.
 fn largest_pose() -> usize {
     let report = PoseReport {
         first_scan: u64::MAX,
+        block: BlockSize::ThirtyTwo,
         set: SetId([0xFF; 8]),
         outcome: Ok(BoardPose {
             position_m: [-1.999_999_9; 3],
@@ -57,28 +60,35 @@ fn the_longest_pose_has_the_stated_length() {
 
 #[test]
 fn the_largest_block_fits_a_frame() {
-    assert!(largest_block(contents()[7]) <= MAX_FRAME);
+    assert!(largest_block(contents()[7], MOST_SCANS) <= MAX_FRAME);
 }
 
 #[test]
 fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
     for content in contents() {
-        for rate_hz in RATES_HZ {
-            let blocks_hz = f64::from(rate_hz) / BLOCK as f64;
+        for (rate_hz, block) in RATES_HZ
+            .into_iter()
+            .flat_map(|rate_hz| BlockSize::ALL.map(|block| (rate_hz, block)))
+        {
+            let scans = block.scans().min(MOST_SCANS);
+            let (frames_hz, blocks_hz) = (
+                f64::from(rate_hz) / scans as f64,
+                f64::from(rate_hz) / block.scans() as f64,
+            );
             let mut needed = 0.0;
             if content.counts || content.values {
-                needed += largest_block(content) as f64 * 10.0 * blocks_hz;
+                needed += largest_block(content, scans) as f64 * 10.0 * frames_hz;
             }
             if content.pose {
                 needed += largest_pose() as f64 * 10.0 * blocks_hz.min(100.0);
             }
-            let stated = f64::from(telemetry::bits_per_second(content, rate_hz));
+            let stated = f64::from(telemetry::bits_per_second(content, rate_hz, block));
             assert!(
                 stated >= needed,
                 "{content:?} at {rate_hz} Hz: {stated} < {needed}"
             );
-            let spare = (stated - needed) / 10.0 / blocks_hz;
-            assert!(spare < 50.0, "{spare} bytes a block are not needed");
+            let spare = (stated - needed) / 10.0 / frames_hz;
+            assert!(spare < 20.0, "{spare} bytes a frame are not needed");
         }
     }
 }

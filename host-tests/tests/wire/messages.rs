@@ -1,11 +1,11 @@
 //! Any message: proptest strategies for everything that travels.
 
-use hexsense::channel::{CHANNELS, INERTIAL, Triad};
-use hexsense::harmonics::ChannelSums;
-use hexsense::sampling::BLOCK;
+use hexsense::channel::Triad;
+use hexsense::harmonics::{ChannelSums, DriveError};
+use hexsense::sampling::BlockSize;
 use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, ResetCause};
-use hexsense::wire::telemetry::{Block, Header};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, PathCycles, ResetCause};
+use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
     Status, StreamContent,
@@ -20,8 +20,10 @@ pub fn request() -> impl Strategy<Value = Request> {
         Just(Request::Status),
         content().prop_map(Request::Stream),
         any::<u32>().prop_map(Request::Rate),
-        drive().prop_map(Request::Drive),
-        any::<u8>().prop_map(|channel| Request::Harmonics { channel }),
+        block_size().prop_map(Request::Block),
+        (any::<u8>(), drive()).prop_map(|(analyser, drive)| Request::Drive { analyser, drive }),
+        (any::<u8>(), any::<u8>())
+            .prop_map(|(analyser, channel)| Request::Harmonics { analyser, channel }),
         Just(Request::ActiveSet),
         any::<u16>().prop_map(|offset| Request::ReadSet { offset }),
         (any::<u16>(), set_id()).prop_map(|(length, id)| Request::UploadBegin { length, id }),
@@ -61,7 +63,9 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
         (any::<u32>(), any::<u32>())
             .prop_map(|(bits_per_s, limit)| Refusal::LinkCapacity { bits_per_s, limit }),
         Just(Refusal::NoCrystal),
-        Just(Refusal::Drive),
+        drive_error().prop_map(Refusal::Drive),
+        (any::<u8>(), any::<u8>()).prop_map(|(drive, board)| Refusal::OtherBlock { drive, board }),
+        any::<u8>().prop_map(|analyser| Refusal::Analyser { analyser }),
         any::<u8>().prop_map(|channel| Refusal::Channel { channel }),
         Just(Refusal::NoSet),
         two.prop_map(|(offset, length)| Refusal::Offset { offset, length }),
@@ -77,18 +81,22 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
 }
 
 pub fn block() -> impl Strategy<Value = Block> {
-    let counts = vec([any::<u16>(); CHANNELS], BLOCK).prop_map(|scans| scans.try_into().unwrap());
-    let values = vec([any::<f32>(); INERTIAL], BLOCK).prop_map(|values| values.try_into().unwrap());
-    (header(), counts, values).prop_map(|(header, counts, values)| Block {
-        header,
-        counts: header.content.counts.then_some(counts),
-        values: header.content.values.then_some(values),
+    header().prop_flat_map(|header| {
+        let scans = usize::from(header.scans);
+        let counts = vec(any::<[u16; 15]>(), scans).prop_map(|scans| scans.into_iter().collect());
+        let values = vec(any::<[f32; 9]>(), scans).prop_map(|values| values.into_iter().collect());
+        (counts, values).prop_map(move |(counts, values)| Block {
+            header,
+            counts: header.content.counts.then_some(counts),
+            values: header.content.values.then_some(values),
+        })
     })
 }
 
 pub fn header() -> impl Strategy<Value = Header> {
     (
         any::<u64>(),
+        1..=MOST_SCANS as u8,
         any::<u32>(),
         any::<f32>(),
         any::<f32>(),
@@ -97,8 +105,9 @@ pub fn header() -> impl Strategy<Value = Header> {
         content(),
     )
         .prop_map(
-            |(first_scan, rate_hz, supply, temperature_c, set, dropped, content)| Header {
+            |(first_scan, scans, rate_hz, supply, temperature_c, set, dropped, content)| Header {
                 first_scan,
+                scans,
                 rate_hz,
                 supply,
                 temperature_c,
@@ -122,6 +131,18 @@ fn record_error() -> impl Strategy<Value = RecordError> {
         triad.prop_map(|triad| RecordError::Singular { triad }),
         base_error().prop_map(RecordError::Base),
     ]
+}
+
+fn drive_error() -> impl Strategy<Value = DriveError> {
+    prop_oneof![
+        Just(DriveError::Frequency),
+        any::<u8>().prop_map(|scans| DriveError::FifthHarmonic { scans }),
+        any::<u32>().prop_map(|blocks| DriveError::Blocks { blocks }),
+    ]
+}
+
+fn block_size() -> impl Strategy<Value = BlockSize> {
+    proptest::sample::select(&BlockSize::ALL[..])
 }
 
 fn base_error() -> impl Strategy<Value = BaseError> {
@@ -149,10 +170,13 @@ pub fn pose_report() -> impl Strategy<Value = PoseReport> {
             iterations,
         });
     let outcome = prop_oneof![pose.prop_map(Ok), pose_refusal().prop_map(Err)];
-    (any::<u64>(), set_id(), outcome).prop_map(|(first_scan, set, outcome)| PoseReport {
-        first_scan,
-        set,
-        outcome,
+    (any::<u64>(), block_size(), set_id(), outcome).prop_map(|(first_scan, block, set, outcome)| {
+        PoseReport {
+            first_scan,
+            block,
+            set,
+            outcome,
+        }
     })
 }
 
@@ -177,15 +201,26 @@ fn status() -> impl Strategy<Value = Status> {
     let text = "[a-z µ]{0,64}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap());
     (
         (any::<u64>(), any::<u32>(), any::<u64>(), any::<u64>()),
+        (block_size(), option::of(any::<u64>()), any::<u32>()),
+        ([any::<u32>(); 3], [state(), state(), state()]),
         (any::<u32>(), any::<u32>(), any::<bool>()),
         (any::<f32>(), any::<f32>(), any::<bool>()),
         (option::of([any::<f32>(); 2]), option::of(text)),
     )
-        .prop_map(|(scans, link, analog, rest)| Status {
+        .prop_map(|(scans, converters, path, link, analog, rest)| Status {
             uptime_ms: scans.0,
             rate_hz: scans.1,
             scans: scans.2,
+            block: converters.0,
             scans_lost: scans.3,
+            first_lost_scan: converters.1,
+            faults: converters.2,
+            path_cycles: PathCycles {
+                min: path.0[0],
+                max: path.0[1],
+                last: path.0[2],
+            },
+            analysers: path.1,
             blocks_dropped: link.0,
             frames_damaged: link.1,
             crystal: link.2,
@@ -230,13 +265,14 @@ fn sums() -> impl Strategy<Value = ChannelSums> {
 }
 
 fn drive() -> impl Strategy<Value = Drive> {
-    (any::<u64>(), any::<u32>(), any::<u32>()).prop_map(|(increment, settle_blocks, blocks)| {
-        Drive {
+    (any::<u64>(), block_size(), any::<u32>(), any::<u32>()).prop_map(
+        |(increment, block, settle_blocks, blocks)| Drive {
             increment,
+            block,
             settle_blocks,
             blocks,
-        }
-    })
+        },
+    )
 }
 
 fn state() -> impl Strategy<Value = HarmonicState> {

@@ -1,12 +1,19 @@
 //! Whatever one side can say, the other side reads as it was said.
 
-use hexsense::sampling::BLOCK;
+use hexsense::channel::{INERTIAL, JACKS, Scan};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
+use hexsense::wire::telemetry::Samples;
 use hexsense::wire::{Frame, Kind, MAX_FRAME, message, pose, telemetry};
 use proptest::prelude::*;
 
 use crate::messages;
+
+/// The two converters' parts of scans.
+fn split(scans: &[Scan]) -> (Vec<[u16; INERTIAL]>, Vec<[u16; JACKS]>) {
+    let parts = |scan: &Scan| (*scan.first_chunk().unwrap(), *scan.last_chunk().unwrap());
+    scans.iter().map(parts).unzip()
+}
 
 /// Sends the frame through a receiver and takes it apart.
 fn receive<T>(sent: &[u8], read: impl Fn(Frame) -> Option<T>) -> Option<T> {
@@ -82,11 +89,15 @@ proptest! {
 
     #[test]
     fn every_block_arrives_as_sent(block in messages::block(), sequence: u16) {
-        let counts = block.counts.unwrap_or([[0; _]; BLOCK]);
-        let values = block.values.unwrap_or([[0.0; _]; BLOCK]);
+        let (inertial, jacks) = split(block.counts.as_deref().unwrap_or_default());
+        let samples = Samples {
+            inertial: &inertial,
+            jacks: &jacks,
+            values: block.values.as_deref().unwrap_or_default(),
+        };
         let mut out = [0; MAX_FRAME];
         let length =
-            telemetry::encode(&block.header, &counts, &values, sequence, &mut out).unwrap();
+            telemetry::encode(&block.header, samples, sequence, &mut out).unwrap();
         let received = receive(&out[..length], |frame| {
             (frame.kind == Kind::Block && frame.sequence == sequence)
                 .then(|| telemetry::decode(frame.payload))?

@@ -1,9 +1,10 @@
 //! One message of every kind, with numbers whose bytes are all different.
 
 use hexsense::channel::Triad;
-use hexsense::harmonics::ChannelSums;
+use hexsense::harmonics::{ChannelSums, DriveError};
+use hexsense::sampling::BlockSize;
 use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::message::{ActiveSet, Chunk, ResetCause};
+use hexsense::wire::message::{ActiveSet, Chunk, PathCycles, ResetCause};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
@@ -24,6 +25,7 @@ macro_rules! one_of_each {
 const ID: SetId = SetId([0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8]);
 const DRIVE: Drive = Drive {
     increment: 0x0102_0304_0506_0708,
+    block: BlockSize::Eight,
     settle_blocks: 0x1112_1314,
     blocks: 0x2122_2324,
 };
@@ -48,8 +50,9 @@ pub fn requests() -> Vec<(&'static str, Request)> {
         Status {} => Request::Status,
         Stream { .. } => Request::Stream(CONTENT),
         Rate { .. } => Request::Rate(4_000),
-        Drive { .. } => Request::Drive(DRIVE),
-        Harmonics { .. } => Request::Harmonics { channel: 14 },
+        Block { .. } => Request::Block(BlockSize::ThirtyTwo),
+        Drive { .. } => Request::Drive { analyser: 2, drive: DRIVE },
+        Harmonics { .. } => Request::Harmonics { analyser: 1, channel: 14 },
         ActiveSet {} => Request::ActiveSet,
         ReadSet { .. } => Request::ReadSet { offset: 0x5152 },
         UploadBegin { .. } => Request::UploadBegin { length: 0x6162, id: ID },
@@ -78,7 +81,9 @@ pub fn refusals() -> Vec<(&'static str, Refusal)> {
         Rate { .. } => Refusal::Rate { hz: 0x0102_0304 },
         LinkCapacity { .. } => Refusal::LinkCapacity { bits_per_s: 0x0102_0304, limit: 0x1112_1314 },
         NoCrystal {} => Refusal::NoCrystal,
-        Drive {} => Refusal::Drive,
+        Drive { .. } => Refusal::Drive(DriveError::Frequency),
+        OtherBlock { .. } => Refusal::OtherBlock { drive: 8, board: 32 },
+        Analyser { .. } => Refusal::Analyser { analyser: 3 },
         Channel { .. } => Refusal::Channel { channel: 15 },
         NoSet {} => Refusal::NoSet,
         Offset { .. } => Refusal::Offset { offset: 0x2122, length: 0x3132 },
@@ -102,6 +107,32 @@ pub fn record_errors() -> Vec<(&'static str, RecordError)> {
         Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
         Base { .. } => RecordError::Base(BaseError::NotFinite),
     })
+}
+
+pub fn drive_errors() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(DriveError {
+        Frequency {} => DriveError::Frequency,
+        FifthHarmonic { .. } => DriveError::FifthHarmonic { scans: 32 },
+        Blocks { .. } => DriveError::Blocks { blocks: 0x0102_0304 },
+    });
+    named
+        .into_iter()
+        .map(|(name, error)| (name, Response::Refused(Refusal::Drive(error))))
+        .collect()
+}
+
+pub fn block_sizes() -> Vec<(&'static str, Request)> {
+    let named = one_of_each!(BlockSize {
+        One {} => BlockSize::One,
+        Four {} => BlockSize::Four,
+        Eight {} => BlockSize::Eight,
+        Sixteen {} => BlockSize::Sixteen,
+        ThirtyTwo {} => BlockSize::ThirtyTwo,
+    });
+    named
+        .into_iter()
+        .map(|(name, block)| (name, Request::Block(block)))
+        .collect()
 }
 
 pub fn base_errors() -> Vec<(&'static str, Response)> {
@@ -144,6 +175,7 @@ pub fn pose_reports() -> Vec<(&'static str, PoseReport)> {
     };
     let report = |outcome| PoseReport {
         first_scan: 0x0102_0304_0506_0708,
+        block: BlockSize::Four,
         set: ID,
         outcome,
     };
@@ -198,6 +230,7 @@ pub fn harmonic_states() -> Vec<(&'static str, Response)> {
 pub fn header() -> Header {
     Header {
         first_scan: 0x0102_0304_0506_0708,
+        scans: 3,
         rate_hz: 4_000,
         supply: 1.015_625,
         temperature_c: -12.5,
@@ -235,7 +268,20 @@ fn status() -> Status {
         uptime_ms: 0x0102_0304_0506_0708,
         rate_hz: 2_000,
         scans: 0x1112_1314_1516_1718,
+        block: BlockSize::ThirtyTwo,
         scans_lost: 0x2122_2324_2526_2728,
+        first_lost_scan: Some(0x5152_5354_5556_5758),
+        faults: 0x6162_6364,
+        path_cycles: PathCycles {
+            min: 0x7172_7374,
+            max: 0x0182_8384,
+            last: 0x0192_9394,
+        },
+        analysers: [
+            HarmonicState::Settling,
+            HarmonicState::Summing,
+            HarmonicState::Complete,
+        ],
         blocks_dropped: 0x3132_3334,
         frames_damaged: 0x4142_4344,
         crystal: true,

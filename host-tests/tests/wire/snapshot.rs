@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use hexsense::channel::{CHANNELS, INERTIAL};
-use hexsense::sampling::BLOCK;
 use hexsense::wire::hello::Greeting;
 use hexsense::wire::message::{encode_request, encode_response};
+use hexsense::wire::telemetry::Samples;
 use hexsense::wire::{
     Kind, MAX_FRAME, Refusal, Response, StreamContent, VERSION, frame, pose, telemetry,
 };
@@ -13,6 +12,11 @@ use hexsense::wire::{
 use crate::samples;
 
 const SEQUENCE: u16 = 0x0B0A;
+const NOTHING: Samples = Samples {
+    inertial: &[],
+    jacks: &[],
+    values: &[],
+};
 
 fn hex(encode: impl FnOnce(&mut [u8]) -> usize) -> String {
     let mut out = [0; MAX_FRAME];
@@ -31,6 +35,13 @@ fn everything() -> String {
     for (name, request) in samples::requests() {
         line(
             "request",
+            name,
+            hex(|out| encode_request(&request, SEQUENCE, out).unwrap()),
+        );
+    }
+    for (name, request) in samples::block_sizes() {
+        line(
+            "block-size",
             name,
             hex(|out| encode_request(&request, SEQUENCE, out).unwrap()),
         );
@@ -58,6 +69,9 @@ fn everything() -> String {
     for (name, sample) in samples::base_errors() {
         line("base-error", name, response(&sample));
     }
+    for (name, sample) in samples::drive_errors() {
+        line("drive-error", name, response(&sample));
+    }
     for (name, sample) in samples::triads() {
         line("triad", name, response(&sample));
     }
@@ -72,8 +86,7 @@ fn everything() -> String {
             content: StreamContent::default(),
             ..samples::header()
         };
-        let (counts, values) = ([[0; CHANNELS]; BLOCK], [[0.0; INERTIAL]; BLOCK]);
-        telemetry::encode(&header, &counts, &values, SEQUENCE, out).unwrap()
+        telemetry::encode(&header, NOTHING, SEQUENCE, out).unwrap()
     });
     line("block", "Header", block);
     for (name, report) in samples::pose_reports() {
@@ -128,21 +141,26 @@ fn samples_of_a_block_follow_its_header_in_the_order_of_scans() {
             content,
             ..samples::header()
         };
-        let counts = std::array::from_fn(|scan| {
-            std::array::from_fn(|channel| (scan * 256 + channel) as u16)
-        });
-        let values = std::array::from_fn(|scan| {
-            std::array::from_fn(|channel| (scan * 256 + channel) as f32 + 0.5)
-        });
+        let place = |scan: usize, channel: usize| scan * 256 + channel;
+        let inertial =
+            [0, 1, 2].map(|scan| std::array::from_fn(|channel| place(scan, channel) as u16));
+        let jacks = [0, 1, 2].map(|scan| std::array::from_fn(|jack| place(scan, 9 + jack) as u16));
+        let values =
+            [0, 1, 2].map(|scan| std::array::from_fn(|channel| place(scan, channel) as f32 + 0.5));
+        let samples = Samples {
+            inertial: &inertial,
+            jacks: &jacks,
+            values: &values,
+        };
         let mut out = [0; MAX_FRAME];
-        let length = telemetry::encode(&header, &counts, &values, SEQUENCE, &mut out).unwrap();
+        let length = telemetry::encode(&header, samples, SEQUENCE, &mut out).unwrap();
         frame::decode(&mut out[..length - 1])
             .unwrap()
             .payload
             .to_vec()
     };
     let places = |channels: usize| {
-        (0..BLOCK).flat_map(move |scan| (0..channels).map(move |channel| scan * 256 + channel))
+        (0..3).flat_map(move |scan| (0..channels).map(move |channel| scan * 256 + channel))
     };
     let counts: Vec<u8> = places(15)
         .flat_map(|place| (place as u16).to_le_bytes())

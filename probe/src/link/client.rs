@@ -138,7 +138,8 @@ impl Client {
     /// # Errors
     /// [`LinkError`].
     pub fn drive(&mut self, drive: Drive) -> Result<(), LinkError> {
-        self.conversation.command(&Request::Drive(drive))
+        self.conversation
+            .command(&Request::Drive { analyser: 0, drive })
     }
 
     /// Harmonic sums of one channel, 0 to 14.
@@ -146,7 +147,10 @@ impl Client {
     /// # Errors
     /// [`LinkError`].
     pub fn harmonics(&mut self, channel: u8) -> Result<HarmonicReport, LinkError> {
-        let request = Request::Harmonics { channel };
+        let request = Request::Harmonics {
+            analyser: 0,
+            channel,
+        };
         match self.conversation.ask(&request)? {
             Response::Harmonics {
                 state,

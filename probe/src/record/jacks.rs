@@ -6,7 +6,6 @@
 use std::collections::VecDeque;
 
 use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::sampling::BLOCK;
 use hexsense::wire::telemetry::Block;
 
 use crate::geometry_file::GeometryFile;
@@ -44,7 +43,7 @@ impl JackMeans {
         let supply = f64::from(block.header.supply);
         let mean = |jack: usize| {
             let of_jack = counts.iter().map(|scan| f64::from(scan[INERTIAL + jack]));
-            let mean = of_jack.sum::<f64>() / BLOCK as f64;
+            let mean = of_jack.sum::<f64>() / counts.len() as f64;
             self.sensors
                 .jack_displacement_m(mean * supply, self.stroke_m)
         };

@@ -21,7 +21,7 @@ use std::time::Duration;
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::ChannelSums;
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::{BLOCK, BlockSize};
 use hexsense::wire::telemetry::Block;
 use hexsense::wire::{Drive, HarmonicState, StreamContent};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -211,6 +211,7 @@ impl Recording<'_> {
         let settle = onset as f64 + start_s * rate - tape.next_scan() as f64;
         let drive = Drive {
             increment: (frequency_hz / rate * TURN) as u64,
+            block: BlockSize::default(),
             settle_blocks: blocks(settle.max(0.0)),
             blocks: blocks(length_s * rate),
         };

@@ -103,6 +103,7 @@ mod tests {
         };
         let header = Header {
             first_scan: index * 16,
+            scans: 16,
             rate_hz: 1000,
             supply: 1.0,
             temperature_c: 30.0,
@@ -116,7 +117,7 @@ mod tests {
         };
         Block {
             header,
-            counts: Some(std::array::from_fn(scan)),
+            counts: Some((0..BLOCK).map(scan).collect()),
             values: None,
         }
     }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use hexsense::sampling::BLOCK;
 use hexsense::wire::telemetry::Block;
 
 use super::RecordError;
@@ -44,8 +43,9 @@ impl Tape {
             });
         }
         self.first_scan.get_or_insert(scan);
-        self.next_scan = scan + BLOCK as u64;
-        self.scans += BLOCK as u64;
+        let scans = u64::from(block.header.scans);
+        self.next_scan = scan + scans;
+        self.scans += scans;
         Ok(self.writer.push(block)?)
     }
 

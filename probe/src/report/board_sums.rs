@@ -6,7 +6,7 @@
 
 use hexsense::channel::{INERTIAL, NAMES};
 use hexsense::harmonics::{Analyser, solve};
-use hexsense::sampling::BLOCK;
+use hexsense::sampling::BlockSums;
 use hexsense::wire::Drive;
 
 use super::ReportInput;
@@ -73,7 +73,7 @@ fn compare<'a>(sweep: &'a Sweep, sums: &BoardSums, run: &Run) -> Vec<Comparison<
         .iter()
         .position(|scan| *scan == sums.first_scan);
     let replay = replay(sums, run, first);
-    let supply = mean_supply(run, first, sums.drive.blocks);
+    let supply = mean_supply(run, first, &sums.drive);
     let channels = driven(sweep)
         .into_iter()
         .filter(|channel| *channel < INERTIAL);
@@ -95,15 +95,17 @@ fn compare<'a>(sweep: &'a Sweep, sums: &BoardSums, run: &Run) -> Vec<Comparison<
 }
 
 /// Mean supply factor over the board's window, or over the whole run where the capture does not hold it.
-fn mean_supply(run: &Run, first: Option<usize>, blocks: u32) -> f64 {
+fn mean_supply(run: &Run, first: Option<usize>, drive: &Drive) -> f64 {
     let supply = &run.capture.supply;
-    let window = first.and_then(|first| supply.get(first..first + blocks as usize * BLOCK));
+    let window = first
+        .and_then(|first| supply.get(first..first + drive.blocks as usize * drive.block.scans()));
     let factors = window.unwrap_or(supply);
     factors.iter().map(|factor| f64::from(*factor)).sum::<f64>() / factors.len().max(1) as f64
 }
 
 fn replay(sums: &BoardSums, run: &Run, first: Option<usize>) -> Replay {
-    let scans = sums.drive.blocks as usize * BLOCK;
+    let block = sums.drive.block.scans();
+    let scans = sums.drive.blocks as usize * block;
     let Some(counts) = first.and_then(|first| run.capture.counts.get(first..first + scans)) else {
         return Replay::NotRecorded;
     };
@@ -112,9 +114,9 @@ fn replay(sums: &BoardSums, run: &Run, first: Option<usize>) -> Replay {
         settle_blocks: 0,
         ..sums.drive
     });
-    let first_scans = (sums.first_scan..).step_by(BLOCK);
-    for (block, first_scan) in counts.as_chunks::<BLOCK>().0.iter().zip(first_scans) {
-        analyser.update(block, first_scan);
+    let first_scans = (sums.first_scan..).step_by(block);
+    for (scans, first_scan) in counts.chunks_exact(block).zip(first_scans) {
+        analyser.take(&BlockSums::of_scans(scans, first_scan));
     }
     let same = sums.channels.iter().enumerate().all(|(channel, board)| {
         analyser

@@ -12,15 +12,17 @@ use embassy_futures::block_on;
 use hexsense::channel::Scan;
 use hexsense::harmonics::{Analyser, ChannelSums};
 use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::{BLOCK, Calibrator};
+use hexsense::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{ActiveSet, CHUNK, ResetCause, decode_request, encode_response};
-use hexsense::wire::telemetry::{self, Header};
+use hexsense::wire::message::{
+    ActiveSet, CHUNK, PathCycles, ResetCause, decode_request, encode_response,
+};
+use hexsense::wire::telemetry::{self, Header, Samples};
 use hexsense::wire::{
-    BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
-    StreamContent, VERSION, pose,
+    BoardPose, Drive, HarmonicState, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
+    Response, Status, StreamContent, VERSION, pose,
 };
 
 use flash::Flash;
@@ -156,8 +158,8 @@ impl FakeBoard {
         let first_scan = self.blocks * BLOCK as u64;
         self.blocks += 1;
         self.cut |= matches!(self.fault, Fault::CutAfterBlocks(blocks) if self.blocks > blocks);
-        let scans = std::array::from_fn(|_| self.source.scan());
-        self.analyser.update(&scans, first_scan);
+        let scans: [Scan; BLOCK] = std::array::from_fn(|_| self.source.scan());
+        self.analyser.take(&BlockSums::of_scans(&scans, first_scan));
         let silent = matches!(self.fault, Fault::SilentFrom(from) if self.requests >= from);
         let lost = self.lose_blocks.contains(&self.blocks);
         if silent || lost {
@@ -169,7 +171,7 @@ impl FakeBoard {
             frames.extend(self.block_frame(&scans, first_scan, supply));
         }
         if self.stream.pose {
-            frames.extend(self.pose_frame(&JackBlock::new(first_scan, supply, &scans)));
+            frames.extend(self.pose_frame(&JackBlock::new(first_scan, supply, &scans).unwrap()));
         }
         (!frames.is_empty()).then_some(frames)
     }
@@ -181,6 +183,7 @@ impl FakeBoard {
         };
         let header = Header {
             first_scan,
+            scans: BLOCK as u8,
             rate_hz: RATE_HZ,
             supply,
             temperature_c: 31.5,
@@ -189,7 +192,12 @@ impl FakeBoard {
             content: self.stream,
         };
         let mut buffer = [0; MAX_FRAME];
-        let length = telemetry::encode(&header, scans, &values, self.blocks as u16, &mut buffer);
+        let samples = Samples {
+            inertial: &scans.map(|scan| *scan.first_chunk().unwrap()),
+            jacks: &scans.map(|scan| *scan.last_chunk().unwrap()),
+            values: &values,
+        };
+        let length = telemetry::encode(&header, samples, self.blocks as u16, &mut buffer);
         buffer[..length.unwrap()].to_vec()
     }
 
@@ -205,6 +213,7 @@ impl FakeBoard {
         }
         let report = PoseReport {
             first_scan: jacks.first_scan,
+            block: jacks.block,
             set: active.id,
             outcome,
         };
@@ -251,9 +260,12 @@ impl FakeBoard {
             Request::Stream(content) => self.stream = content,
             Request::Rate(RATE_HZ) => self.analyser = Analyser::new(),
             Request::Rate(hz) => return Err(Refusal::Rate { hz }),
-            Request::Drive(drive) if !Analyser::accepts(&drive) => return Err(Refusal::Drive),
-            Request::Drive(drive) => self.analyser.start(drive),
-            Request::Harmonics { channel } => return Ok(self.harmonics(channel)),
+            Request::Block(_) => self.analyser = Analyser::new(),
+            Request::Drive { drive, .. } => {
+                drive.check().map_err(Refusal::Drive)?;
+                self.analyser.start(drive);
+            }
+            Request::Harmonics { channel, .. } => return Ok(self.harmonics(channel)),
             Request::ActiveSet => {
                 return Ok(Response::ActiveSet(
                     self.active.as_ref().map(|(active, ..)| *active),
@@ -320,6 +332,7 @@ impl FakeBoard {
         let idle = (
             Drive {
                 increment: 0,
+                block: BlockSize::default(),
                 settle_blocks: 0,
                 blocks: 0,
             },
@@ -340,7 +353,16 @@ impl FakeBoard {
             uptime_ms: self.blocks * 16,
             rate_hz: RATE_HZ,
             scans: self.blocks * BLOCK as u64,
+            block: BlockSize::default(),
             scans_lost: 0,
+            first_lost_scan: None,
+            faults: 0,
+            path_cycles: PathCycles::default(),
+            analysers: [
+                self.analyser.state(),
+                HarmonicState::Idle,
+                HarmonicState::Idle,
+            ],
             blocks_dropped: 0,
             frames_damaged: 0,
             crystal: self.crystal,
