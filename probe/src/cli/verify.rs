@@ -20,9 +20,10 @@ use crate::sensor_file::SensorFile;
 
 /// Prove the board's coefficients on a movement that they were not fitted to.
 ///
-/// Drives all six degrees of freedom at once, lets the board calibrate while it samples, and compares with what the
-/// jacks say. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients came
-/// from. Fails when a channel's error is over 3 % of its signal, or its mean error outside its uncertainty, and when a
+/// Drives the first run of the plan whose purpose is to verify (by default all six degrees of freedom at once), lets
+/// the board calibrate while it samples, and compares with what the jacks say. Writes verification.json and completes
+/// report.html. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients
+/// came from. Fails when a channel's error is over 3 % of its signal, or its mean error outside its uncertainty, and when a
 /// pose that the board found is more than 5e-7 m or rad off the one that double precision finds from the same counts.
 #[derive(Args)]
 pub struct Verify {

@@ -122,7 +122,8 @@ fn draw_hinges(
         return;
     }
     let time = Scale::between(0.0, run.duration_s(), 4);
-    let fraction = Scale::between(-1.15, 1.15, 3);
+    // An angle has no sign.
+    let fraction = Scale::between(0.0, 1.15, 3);
     let swings: Vec<Swings> = swings(run, &geometry.geometry, step_s(run, period_s)).collect();
     let group = (swings.len() / POINTS).max(1);
     for (&(joint, limit_deg), column) in joints.iter().zip(0_u8..) {
