@@ -24,7 +24,6 @@ use super::quick_look;
 use super::sampling::{self, Block};
 use super::storage;
 use super::supply::Reading;
-use super::timing::TELEMETRY_LIMIT_BITS_PER_S;
 
 /// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
 pub const MAX_REQUEST_FRAME: usize = 256;
@@ -272,10 +271,10 @@ impl Desk {
 
 fn check_capacity(content: StreamContent, rate_hz: u32) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, BlockSize::default());
-    if bits_per_s > TELEMETRY_LIMIT_BITS_PER_S {
+    if bits_per_s > telemetry::LIMIT_BITS_PER_S {
         return Err(Refusal::LinkCapacity {
             bits_per_s,
-            limit: TELEMETRY_LIMIT_BITS_PER_S,
+            limit: telemetry::LIMIT_BITS_PER_S,
         });
     }
     Ok(())

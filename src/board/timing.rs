@@ -7,7 +7,7 @@ use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
 use hexsense::sampling::{BLOCK, RANK_NS, RATES_HZ};
-use hexsense::wire::{BAUD, pose};
+use hexsense::wire::pose;
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
@@ -86,8 +86,6 @@ pub const POSE_PERIOD: Duration = Duration::from_hz(pose::MAX_RATE_HZ as u64);
 /// far as tracking goes.
 pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 
-/// The part of the line that telemetry may use: the rest is for answers.
-pub const TELEMETRY_LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;
 /// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
 pub const RECEIVE_RING: usize = 2_048;
 

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use super::message::StreamContent;
-use super::pose;
+use super::{BAUD, pose};
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
 use crate::sampling::{BlockSize, Values};
 use crate::store::SetId;
@@ -74,6 +74,9 @@ pub struct Block {
     /// Calibrated values, when streamed.
     pub values: Option<heapless::Vec<Values, MOST_SCANS>>,
 }
+
+/// The part of the line that telemetry may use, bit/s: the rest is for answers.
+pub const LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;
 
 /// Line capacity that a stream needs, bit/s of 10-bit characters, all overheads included.
 #[must_use]
