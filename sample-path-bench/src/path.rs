@@ -49,64 +49,94 @@ impl Random {
         });
         Calibrator::of_triads(&triads).at_supply(1.0 + self.next() as i32 as f32 * 1e-12)
     }
+
+    /// A drive of any frequency, with windows long enough for the blocks that are driven with it.
+    fn drive(&mut self, block: BlockSize) -> Drive {
+        Drive {
+            increment: (u64::from(self.next()) << 32) >> (4 + block.scans().ilog2()),
+            block,
+            settle_blocks: 0,
+            blocks: 1 << (self.next() % 15 + 7),
+        }
+    }
 }
 
-/// One size of block under a name that can be counted: calibrated values with sums of nine channels, and sums alone of
-/// nine and of six. The number keeps equal functions from being folded into one; it costs three instructions.
+/// One size of block under names that can be counted: the path of nine channels, its sums alone, and the path with the
+/// sums of the jacks.
 macro_rules! sized {
-    ($scans:literal, $calibrate:ident, $nine:ident, $six:ident) => {
+    ($scans:literal, $path:ident, $sums:ident, $path_with_jacks:ident) => {
         #[unsafe(no_mangle)]
         #[inline(never)]
-        fn $calibrate(
+        fn $path(
             prepared: &Prepared,
-            scans: &[[u16; INERTIAL]],
-            values: &mut [Values],
-            sums: &mut [u32; INERTIAL],
+            scans: &[[u16; INERTIAL]; $scans],
+            values: &mut [Values; $scans],
+            state: &mut State,
         ) {
-            black_box($scans);
-            prepared.block(scans, values, sums);
+            let State { sums, analyser } = state;
+            prepared.block(scans, values, &mut sums.inertial);
+            analyser.take_inertial(sums.first_scan, &sums.inertial);
         }
 
         #[unsafe(no_mangle)]
         #[inline(never)]
-        fn $nine(scans: &[[u16; INERTIAL]], sums: &mut [u32; INERTIAL]) {
-            black_box($scans);
-            add_up(scans, sums);
+        fn $sums(scans: &[[u16; INERTIAL]; $scans], state: &mut State) {
+            let State { sums, analyser } = state;
+            add_up(scans, &mut sums.inertial);
+            analyser.take_inertial(sums.first_scan, &sums.inertial);
         }
 
         #[unsafe(no_mangle)]
         #[inline(never)]
-        fn $six(scans: &[[u16; JACKS]], sums: &mut [u32; JACKS]) {
-            black_box($scans);
-            add_up(scans, sums);
+        fn $path_with_jacks(
+            prepared: &Prepared,
+            scans: &[[u16; INERTIAL]; $scans],
+            jacks: &[[u16; JACKS]; $scans],
+            values: &mut [Values; $scans],
+            state: &mut State,
+        ) {
+            let State { sums, analyser } = state;
+            prepared.block(scans, values, &mut sums.inertial);
+            add_up(jacks, &mut sums.jacks);
+            analyser.take(sums);
         }
     };
 }
 
-sized!(1, calibrate_1, nine_1, six_1);
-sized!(4, calibrate_4, nine_4, six_4);
-sized!(8, calibrate_8, nine_8, six_8);
-sized!(16, calibrate_16, nine_16, six_16);
-sized!(32, calibrate_32, nine_32, six_32);
+sized!(1, path_1, sums_1, path_with_jacks_1);
+sized!(4, path_4, sums_4, path_with_jacks_4);
+sized!(8, path_8, sums_8, path_with_jacks_8);
+sized!(16, path_16, sums_16, path_with_jacks_16);
+sized!(32, path_32, sums_32, path_with_jacks_32);
 
-type Calibrate = fn(&Prepared, &[[u16; INERTIAL]], &mut [Values], &mut [u32; INERTIAL]);
-type Add<const N: usize> = fn(&[[u16; N]], &mut [u32; N]);
+type Path<const N: usize> = fn(&Prepared, &[[u16; INERTIAL]; N], &mut [Values; N], &mut State);
+type Sums<const N: usize> = fn(&[[u16; INERTIAL]; N], &mut State);
+type PathWithJacks<const N: usize> =
+    fn(&Prepared, &[[u16; INERTIAL]; N], &[[u16; JACKS]; N], &mut [Values; N], &mut State);
 
-fn of_size(size: BlockSize) -> (Calibrate, Add<INERTIAL>, Add<JACKS>) {
-    match size {
-        BlockSize::One => (calibrate_1, nine_1, six_1),
-        BlockSize::Four => (calibrate_4, nine_4, six_4),
-        BlockSize::Eight => (calibrate_8, nine_8, six_8),
-        BlockSize::Sixteen => (calibrate_16, nine_16, six_16),
-        BlockSize::ThirtyTwo => (calibrate_32, nine_32, six_32),
-    }
+/// What one analyser needs.
+struct State {
+    sums: BlockSums,
+    analyser: Analyser,
+}
+
+impl State {
+    const NEW: Self = Self {
+        sums: BlockSums {
+            first_scan: 0,
+            inertial: [0; INERTIAL],
+            jacks: [0; JACKS],
+        },
+        analyser: Analyser::new(),
+    };
 }
 
 struct Memory {
     inertial: [[u16; INERTIAL]; BlockSize::MOST],
     jacks: [[u16; JACKS]; BlockSize::MOST],
     values: [Values; BlockSize::MOST],
-    analyser: Analyser,
+    /// For the path, the sums and the path with jacks.
+    states: [State; 3],
 }
 
 /// Drives every size of block, then estimates the signal.
@@ -115,46 +145,54 @@ pub fn run() {
         inertial: [[0; INERTIAL]; BlockSize::MOST],
         jacks: [[0; JACKS]; BlockSize::MOST],
         values: [[0.0; INERTIAL]; BlockSize::MOST],
-        analyser: Analyser::new(),
+        states: [State::NEW; 3],
     });
     // Its address must not be known, or the sums are found by longer instructions than on the board.
     let memory = black_box(MEMORY.take());
     let mut random = Random(0x2545_F491);
     defmt::println!("analyser bytes {}", size_of::<Analyser>());
-    for size in BlockSize::ALL {
-        exercise(memory, &mut random, size);
-    }
+    exercise(memory, &mut random, path_1, sums_1, path_with_jacks_1);
+    exercise(memory, &mut random, path_4, sums_4, path_with_jacks_4);
+    exercise(memory, &mut random, path_8, sums_8, path_with_jacks_8);
+    exercise(memory, &mut random, path_16, sums_16, path_with_jacks_16);
+    exercise(memory, &mut random, path_32, sums_32, path_with_jacks_32);
     estimate(memory);
 }
 
-fn exercise(memory: &mut Memory, random: &mut Random, size: BlockSize) {
-    let (calibrate, nine, six) = of_size(size);
-    let scans = size.scans();
+fn exercise<const N: usize>(
+    memory: &mut Memory,
+    random: &mut Random,
+    path: Path<N>,
+    sums: Sums<N>,
+    path_with_jacks: PathWithJacks<N>,
+) {
+    let (Some(size), Some(inertial), Some(jacks), Some(values)) = (
+        BlockSize::of_scans(N),
+        memory.inertial.first_chunk_mut(),
+        memory.jacks.first_chunk_mut(),
+        memory.values.first_chunk_mut(),
+    ) else {
+        return;
+    };
     let mut prepared = Prepared::NONE;
     for block in 0..BLOCKS {
         if block % BLOCKS_OF_A_DRIVE == 0 {
             prepared = random.coefficients();
-            memory.analyser.start(Drive {
-                increment: (u64::from(random.next()) << 32) >> (4 + scans.ilog2()),
-                block: size,
-                settle_blocks: 0,
-                blocks: 1 << (random.next() % 15 + 7),
-            });
+            let drive = random.drive(size);
+            for state in &mut memory.states {
+                state.analyser.start(drive);
+            }
         }
-        let inertial = &mut memory.inertial[..scans];
-        let jacks = &mut memory.jacks[..scans];
         random.fill(block, inertial.as_flattened_mut());
         random.fill(block / 4, jacks.as_flattened_mut());
-        let mut sums = BlockSums {
-            first_scan: (block * scans) as u64,
-            inertial: [0; INERTIAL],
-            jacks: [0; JACKS],
-        };
-        nine(inertial, &mut sums.inertial);
-        calibrate(&prepared, inertial, &mut memory.values, &mut sums.inertial);
-        six(jacks, &mut sums.jacks);
-        memory.analyser.take(&sums);
-        black_box(&memory.values);
+        for state in &mut memory.states {
+            state.sums.first_scan = (block * N) as u64;
+        }
+        let [one, two, three] = &mut memory.states;
+        path(&prepared, inertial, values, one);
+        sums(inertial, two);
+        path_with_jacks(&prepared, inertial, jacks, values, three);
+        black_box(&values);
     }
 }
 
@@ -166,7 +204,8 @@ fn estimate(memory: &mut Memory) {
         settle_blocks: 0,
         blocks: (signal::SCANS / size.scans()) as u32,
     };
-    memory.analyser.start(drive);
+    let [State { analyser, .. }, ..] = &mut memory.states;
+    analyser.start(drive);
     for first in (0..signal::SCANS).step_by(size.scans()) {
         let mut sums = BlockSums {
             first_scan: first as u64,
@@ -177,11 +216,11 @@ fn estimate(memory: &mut Memory) {
             *scan = [signal::count(first + index); INERTIAL];
         }
         add_up(&memory.inertial[..size.scans()], &mut sums.inertial);
-        memory.analyser.take(&sums);
+        analyser.take(&sums);
     }
-    let sums = memory.analyser.report(0).map(|(_, _, sums)| sums);
+    let sums = analyser.report(0).map(|(_, _, sums)| sums);
     let amplitude = sums
-        .and_then(|sums| solve(drive, &sums))
+        .and_then(|sums| solve(&drive, &sums))
         .map_or(f64::NAN, |fit| fit.first().amplitude());
     defmt::println!("amplitude hexsense {}", amplitude.to_bits());
 }

@@ -9,13 +9,12 @@ use hexsense::harmonics::Series;
 use serde::Serialize;
 
 use crate::build::{self, Parts, cargo};
+use crate::counting::{CountingBoard, Counts};
 use crate::process::checked;
 use crate::setup::{self, BOARD_TARGET};
-use crate::timing::{CountingBoard, Counts};
 
-const TAKE: &str = "hexsense::harmonics::analyser::Analyser::take";
-const ADD: &str = "hexsense::harmonics::analyser::Sums<_>::add";
-const CALIBRATE: &str = "hexsense::sampling::calibrator::Prepared::block";
+/// Calibrated values and sums of nine channels; those sums alone; and calibrated values with the sums of fifteen.
+const PARTS: [&str; 3] = ["path", "sums", "path_with_jacks"];
 const BLOCKS: [u64; 5] = [1, 4, 8, 16, 32];
 const PEERS: [&str; 4] = [
     "peer_goertzel_scan",
@@ -80,19 +79,29 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn measure() -> anyhow::Result<Figures> {
+/// Symbols of the sample path in the program, in blocks of every size.
+pub fn path_symbols() -> Vec<String> {
+    let sized = |scans: &u64| PARTS.map(|part| format!("{part}_{scans}"));
+    BLOCKS.iter().flat_map(sized).collect()
+}
+
+/// Builds the program.
+pub fn build() -> anyhow::Result<()> {
     setup::board_target()?;
-    setup::emulator_packages()?;
     let bench = ["--package", "sample-path-bench", "--profile", "firmware"];
-    checked(cargo("build").args(bench).args(["--target", BOARD_TARGET]))?;
+    checked(cargo("build").args(bench).args(["--target", BOARD_TARGET]))
+}
+
+fn measure() -> anyhow::Result<Figures> {
+    setup::emulator_packages()?;
+    build()?;
     checked(cargo("build").args(["--package", "virtual-board"]))?;
     let parts = Parts::find()?;
-    let elf = parts.firmware.with_file_name("sample-path-bench");
-    let sized = BLOCKS
-        .iter()
-        .flat_map(|scans| ["calibrate", "nine", "six"].map(|part| format!("{part}_{scans}")));
-    let fixed = [TAKE, ADD, CALIBRATE].into_iter().chain(PEERS);
-    let count: Vec<_> = sized.chain(fixed.map(str::to_owned)).collect();
+    let elf = parts.sample_path_bench();
+    let count: Vec<_> = path_symbols()
+        .into_iter()
+        .chain(PEERS.map(str::to_owned))
+        .collect();
     let folder = build::workspace().join("target").join("sample-path-bench");
     let mut board = CountingBoard::start(&parts.virtual_board, &elf, &folder, &count)?;
     let log = board.run_until("finished", 120)?;
@@ -100,19 +109,9 @@ fn measure() -> anyhow::Result<Figures> {
 }
 
 fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<Figures> {
-    // One function for nine channels and one for six: the longer is that of nine.
-    let mut sums = counts
-        .of(ADD)
-        .map(crate::timing::Count::fixed)
-        .collect::<anyhow::Result<Vec<_>>>()?;
-    sums.sort_unstable();
-    let [six_sums, _] = sums[..] else {
-        anyhow::bail!("{ADD} stands for {} functions, expected two", sums.len());
-    };
-    let take = counts.fixed(TAKE)?;
     let blocks = BLOCKS
         .iter()
-        .map(|scans| block(counts, *scans, take, six_sums))
+        .map(|scans| block(counts, *scans))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let sixteen = blocks
         .iter()
@@ -155,7 +154,7 @@ fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<Figures> {
         )?,
     ];
     Ok(Figures {
-        blocks_of_each_size: counts.of("calibrate_16").map(|count| count.calls).sum(),
+        blocks_of_each_size: counts.of("path_16").map(|count| count.calls).sum(),
         amplitude_error: error("hexsense")?,
         analyser_bytes: said(log, "analyser bytes ")?,
         blocks,
@@ -163,12 +162,10 @@ fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<Figures> {
     })
 }
 
-/// The named functions of one size; the wrappers' own few instructions are left in.
-fn block(counts: &Counts, scans: u64, take: u64, six_sums: u64) -> anyhow::Result<Block> {
+fn block(counts: &Counts, scans: u64) -> anyhow::Result<Block> {
     let of = |part: &str| counts.fixed(&format!("{part}_{scans}"));
-    let path_with_jacks = of("calibrate")? + of("six")? + take;
-    let path = of("calibrate")? + take - six_sums;
-    let sums = of("nine")? + take - six_sums;
+    let [path, sums, path_with_jacks] = PARTS.map(of);
+    let (path, sums, path_with_jacks) = (path?, sums?, path_with_jacks?);
     let per_scan = |instructions: u64| instructions as f64 / scans as f64;
     Ok(Block {
         scans,

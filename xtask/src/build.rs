@@ -81,4 +81,9 @@ impl Parts {
             hexsense: host.join("hexsense"),
         })
     }
+
+    /// The ELF of the sample path beside others.
+    pub fn sample_path_bench(&self) -> PathBuf {
+        self.firmware.with_file_name("sample-path-bench")
+    }
 }

@@ -7,7 +7,8 @@
 //! - [`demo`]: the whole story on the virtual bench.
 //! - [`bench_kinematics`]: how long kinematics takes.
 //! - [`bench_sample_path`]: instructions of the sample path, beside what others offer.
-//! - [`timing`]: instruction counts on the virtual board.
+//! - [`counting`]: instruction counts on the virtual board.
+//! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
@@ -17,13 +18,15 @@ mod bench;
 mod bench_kinematics;
 mod bench_sample_path;
 mod build;
+mod counting;
 mod coverage;
 mod demo;
+mod fixed_time;
 mod process;
 mod setup;
 mod system_test;
 mod test;
-mod timing;
+mod thumb;
 
 use clap::{Parser, Subcommand};
 

@@ -2,7 +2,9 @@
 
 use std::process::Command;
 
-use crate::build::{cargo, firmware};
+use crate::bench_sample_path;
+use crate::build::{Parts, cargo, firmware};
+use crate::fixed_time;
 use crate::process::checked;
 use crate::setup;
 use crate::system_test;
@@ -27,12 +29,22 @@ pub fn run() -> anyhow::Result<()> {
             .args(["--package", "hexsense", "--no-deps"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     );
+    checks.add("fixed time of the sample path", sample_path());
     checks.add("demo, twice the same", system_test::demo_twice());
     checks.add(
         "plug pulled in a run and in an upload",
         system_test::plug_pulled(),
     );
     checks.report()
+}
+
+/// No instruction of the sample path takes a time that depends on its operands.
+fn sample_path() -> anyhow::Result<()> {
+    bench_sample_path::build()?;
+    let elf = Parts::find()?.sample_path_bench();
+    let functions = fixed_time::check(&elf, &bench_sample_path::path_symbols())?;
+    eprintln!("{functions} functions of the sample path take a fixed time");
+    Ok(())
 }
 
 const DENY: [&str; 3] = ["--", "--deny", "warnings"];

@@ -13,7 +13,10 @@ use crate::machine::{Machine, Stop};
 /// Prints the counts of instructions, if any were asked for, as one line of JSON.
 pub fn print_counts(machine: &Machine) {
     if let Some(counts) = machine.counts() {
-        println!("{}", serde_json::json!({ "counts": counts }));
+        println!(
+            "{}",
+            serde_json::json!({ "executed": machine.executed(), "counts": counts })
+        );
     }
 }
 

@@ -106,6 +106,11 @@ impl Machine {
         self.context().counting.as_ref().map(Counting::counts)
     }
 
+    /// Instructions that ran since counting began; `None` if nothing was asked for.
+    pub fn executed(&self) -> Option<u64> {
+        self.context().counting.as_ref().map(Counting::executed)
+    }
+
     /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.
     pub fn run(&mut self, until_s: f64) -> Result<(), Stop> {
         self.context_mut().begin_run(until_s);

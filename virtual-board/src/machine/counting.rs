@@ -99,6 +99,11 @@ impl Counting {
         &self.counts
     }
 
+    /// Instructions so far, of every function and handler.
+    pub fn executed(&self) -> u64 {
+        self.executed
+    }
+
     /// Whether stack pointer and link register matter for the block at `address`.
     pub(super) fn looks_at(&self, address: u32) -> bool {
         let returns = self
