@@ -69,3 +69,29 @@ impl Triad {
         }
     }
 }
+
+/// A loop over the first `N` channels that is none in the program, though that is built for size: in the sample path
+/// turns of a loop would cost more than the work in them.
+#[inline(always)]
+pub(crate) fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
+    const { assert!(N == JACKS || N == INERTIAL || N == CHANNELS) };
+    one(0);
+    one(1);
+    one(2);
+    one(3);
+    one(4);
+    one(5);
+    if N >= INERTIAL {
+        one(6);
+        one(7);
+        one(8);
+    }
+    if N >= CHANNELS {
+        one(9);
+        one(10);
+        one(11);
+        one(12);
+        one(13);
+        one(14);
+    }
+}

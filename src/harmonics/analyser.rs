@@ -16,7 +16,7 @@
 //! The sums of a channel take 100 bytes: ten sums of 62 bits, a square of 63, a drift of 53, and an offset of 42, whose
 //! upper ten bits lie above the drift.
 
-use crate::channel::{CHANNELS, INERTIAL, JACKS};
+use crate::channel::{CHANNELS, INERTIAL, JACKS, unrolled};
 use crate::sampling::{BlockSize, BlockSums};
 use crate::wire::HarmonicState;
 use serde::{Deserialize, Serialize};
@@ -71,14 +71,17 @@ impl<const N: usize> Sums<N> {
     fn add(&mut self, block: &[u32; N], step: &Step) {
         add_waves(&mut self.cosine, block, &step.waves.cosine);
         add_waves(&mut self.sine, block, &step.waves.sine);
-        for (channel, sum) in block.iter().enumerate() {
-            let wide = u64::from(*sum);
-            self.square[channel] += wide * wide;
-            let (offset, carried) = self.offset[channel].overflowing_add(*sum);
-            self.offset[channel] = offset;
-            self.mixed[channel] +=
-                wide * u64::from(step.place) + (u64::from(carried) << ABOVE_DRIFT);
-        }
+        unrolled::<N>(
+            #[inline(always)]
+            |channel| {
+                let wide = u64::from(block[channel]);
+                self.square[channel] += wide * wide;
+                let (offset, carried) = self.offset[channel].overflowing_add(block[channel]);
+                self.offset[channel] = offset;
+                self.mixed[channel] +=
+                    wide * u64::from(step.place) + (u64::from(carried) << ABOVE_DRIFT);
+            },
+        );
     }
 
     fn channel(&self, channel: usize) -> Option<ChannelSums> {
@@ -108,11 +111,18 @@ fn add_waves<const N: usize>(
     block: &[u32; N],
     waves: &[i32; HARMONICS],
 ) {
-    for (sums, block) in sums.iter_mut().zip(block) {
-        for (sum, wave) in sums.iter_mut().zip(waves) {
-            *sum += i64::from(*block as i32) * i64::from(*wave);
-        }
-    }
+    unrolled::<N>(
+        #[inline(always)]
+        |channel| {
+            let wide = i64::from(block[channel] as i32);
+            let sums = &mut sums[channel];
+            sums[0] += wide * i64::from(waves[0]);
+            sums[1] += wide * i64::from(waves[1]);
+            sums[2] += wide * i64::from(waves[2]);
+            sums[3] += wide * i64::from(waves[3]);
+            sums[4] += wide * i64::from(waves[4]);
+        },
+    );
 }
 
 /// Harmonic sums of all channels at one drive frequency.

@@ -123,12 +123,18 @@ fn first(phase: u32) -> (i32, i32) {
 #[inline(always)]
 fn multiples(cosine: i32, zeroth: i32, first: i32) -> [i32; HARMONICS] {
     const HALF: i32 = 1 << (UNIT_BITS - OUT_BITS - 1);
-    let (mut before, mut now) = (zeroth, first);
-    [(); HARMONICS].map(|()| {
-        let value = (now + HALF) >> (UNIT_BITS - OUT_BITS);
-        // Twice the product, whose point is at 28.
-        let next = (high(cosine, now) << (32 - UNIT_BITS + 1)).wrapping_sub(before);
-        (before, now) = (now, next);
-        value
-    })
+    // Twice the product, whose point is at 28.
+    let next = |now, before| (high(cosine, now) << (32 - UNIT_BITS + 1)).wrapping_sub(before);
+    let second = next(first, zeroth);
+    let third = next(second, first);
+    let fourth = next(third, second);
+    let fifth = next(fourth, third);
+    let rounded = |wave: i32| (wave + HALF) >> (UNIT_BITS - OUT_BITS);
+    [
+        rounded(first),
+        rounded(second),
+        rounded(third),
+        rounded(fourth),
+        rounded(fifth),
+    ]
 }

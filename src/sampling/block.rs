@@ -8,7 +8,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use serde::{Deserialize, Serialize};
 
 use super::BLOCK;
-use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
+use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan, unrolled};
 
 /// Scans that are handled together: one half of each converter's ring buffer.
 #[derive(
@@ -123,28 +123,53 @@ fn add_up_block<const COLUMNS: usize>(scans: &[[u16; COLUMNS]; BLOCK], sums: &mu
             "the first count of a word is its lower half"
         )
     };
-    let pairs = scans.as_chunks::<2>().0;
-    for word in 0..COLUMNS {
-        let (mut whole, mut upper) = (0_u32, 0_u32);
-        for pair in pairs {
-            let words = bytemuck::cast_slice::<u16, u8>(pair.as_flattened())
-                .as_chunks::<4>()
-                .0;
-            let both = u32::from_le_bytes(words[word]);
-            whole = whole.wrapping_add(both);
-            upper += both >> 16;
-        }
-        let lower = whole.wrapping_sub(upper << 16);
-        for (place, sum) in [(2 * word, lower), (2 * word + 1, upper)] {
+    unrolled::<COLUMNS>(
+        #[inline(always)]
+        |word| {
+            let (lower, upper) = half_sums(scans, word);
             // Every column is met once in an even scan and once in an odd one.
-            if place < COLUMNS {
-                sums[place] = sum;
-            } else {
-                sums[place - COLUMNS] += sum;
-            }
-        }
-        // Otherwise the compiler loads more words at once than there are registers.
-        compiler_fence(Ordering::SeqCst);
+            put(sums, 2 * word, lower);
+            put(sums, 2 * word + 1, upper);
+            // Otherwise the compiler loads more words at once than there are registers.
+            compiler_fence(Ordering::SeqCst);
+        },
+    );
+}
+
+/// Sums of the lower and the upper halves of one word of each pair of scans.
+#[inline(always)]
+fn half_sums<const COLUMNS: usize>(scans: &[[u16; COLUMNS]; BLOCK], word: usize) -> (u32, u32) {
+    let sums = (0, 0);
+    let sums = with_word(sums, scans, 0, word);
+    let sums = with_word(sums, scans, 1, word);
+    let sums = with_word(sums, scans, 2, word);
+    let sums = with_word(sums, scans, 3, word);
+    let sums = with_word(sums, scans, 4, word);
+    let sums = with_word(sums, scans, 5, word);
+    let sums = with_word(sums, scans, 6, word);
+    let (whole, upper) = with_word(sums, scans, 7, word);
+    (whole.wrapping_sub(upper << 16), upper)
+}
+
+#[inline(always)]
+fn with_word<const COLUMNS: usize>(
+    (whole, upper): (u32, u32),
+    scans: &[[u16; COLUMNS]; BLOCK],
+    pair: usize,
+    word: usize,
+) -> (u32, u32) {
+    let pair = &scans.as_chunks::<2>().0[pair];
+    let words = bytemuck::cast_slice::<u16, u8>(pair.as_flattened());
+    let both = u32::from_le_bytes(words.as_chunks::<4>().0[word]);
+    (whole.wrapping_add(both), upper + (both >> 16))
+}
+
+#[inline(always)]
+fn put<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], place: usize, sum: u32) {
+    if place < COLUMNS {
+        sums[place] = sum;
+    } else {
+        sums[place - COLUMNS] += sum;
     }
 }
 

@@ -38,7 +38,9 @@ impl TriadMap {
             counts[1] - self.offset[1],
             counts[2] - self.offset[2],
         ];
-        self.matrix.map(|[a, b, c]| a * x + b * y + c * z)
+        let row = |[a, b, c]: [f32; 3]| a * x + b * y + c * z;
+        let [first, second, third] = self.matrix;
+        [row(first), row(second), row(third)]
     }
 }
 
@@ -138,13 +140,15 @@ impl Prepared {
         let triad = self.triads[FIRST / 3];
         let mut totals = [0_u32; 3];
         for (scan, values) in scans.iter().zip(values) {
-            let counts = [scan[FIRST], scan[FIRST + 1], scan[FIRST + 2]].map(u32::from);
-            for (total, count) in totals.iter_mut().zip(counts) {
-                *total += count;
-            }
-            let calibrated = triad.apply(counts.map(|count| count as f32));
-            values[FIRST..FIRST + 3].copy_from_slice(&calibrated);
+            let (x, y, z) = (scan[FIRST], scan[FIRST + 1], scan[FIRST + 2]);
+            totals[0] += u32::from(x);
+            totals[1] += u32::from(y);
+            totals[2] += u32::from(z);
+            let [x, y, z] = triad.apply([x.into(), y.into(), z.into()]);
+            values[FIRST] = x;
+            values[FIRST + 1] = y;
+            values[FIRST + 2] = z;
         }
-        sums[FIRST..FIRST + 3].copy_from_slice(&totals);
+        [sums[FIRST], sums[FIRST + 1], sums[FIRST + 2]] = totals;
     }
 }
