@@ -186,19 +186,13 @@ fn a_block_gives_the_values_of_its_scans_and_their_sums_at_every_size() {
                 .sum::<u32>()
         };
         let all = BlockSums::of_scans(&scans, 5);
-        for channel in 0..CHANNELS {
+        for (channel, name) in NAMES.into_iter().enumerate() {
             let found = if channel < INERTIAL {
                 all.inertial[channel]
             } else {
                 all.jacks[channel - INERTIAL]
             };
-            assert_eq!(
-                found,
-                expected(channel),
-                "{} of {}",
-                NAMES[channel],
-                size.scans()
-            );
+            assert_eq!(found, expected(channel), "{name} of {}", size.scans());
         }
         assert_eq!((sums, all.first_scan), (all.inertial, 5));
     }
