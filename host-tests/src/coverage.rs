@@ -6,8 +6,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hexsense::channel::Triad;
-use hexsense_probe::analysis::results::{Analysis, Measured, analyse};
+use hexsense_probe::analysis::results::{Analysis, Measured, Results, analyse};
 use hexsense_probe::analysis::{AnalysisError, Run};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::plan::Purpose;
@@ -41,12 +40,6 @@ pub struct Coverage {
     pub coefficients: Vec<Coefficient>,
 }
 
-/// What one campaign says of one coefficient.
-struct Outcome {
-    inside: bool,
-    error_over_u: f64,
-}
-
 /// A motion base and its campaign, made once for all seeds.
 pub struct Site {
     base: GeometryFile,
@@ -69,21 +62,94 @@ impl Site {
         Self { base, movements }
     }
 
-    /// Plays, records and evaluates the campaign of a seed; `papers` is the sensor file.
+    /// Plays and records the campaign of a seed.
+    ///
+    /// # Panics
+    /// When the twin does not do as it is told: these are tests.
+    #[must_use]
+    pub fn record(&self, seed: u64) -> Vec<Run> {
+        let mut laboratory = Laboratory::new(seed, &self.base);
+        let movements = self.movements.iter();
+        movements
+            .map(|movement| laboratory.record(movement))
+            .collect()
+    }
+
+    /// Evaluates recorded runs; `papers` is the sensor file.
     ///
     /// # Errors
     /// [`AnalysisError`] when the campaign does not come out.
     ///
     /// # Panics
-    /// When the twin does not do as it is told or the papers are not usable: these are tests.
-    pub fn campaign(&self, seed: u64, papers: &str) -> Result<Analysis, AnalysisError> {
+    /// When the papers are not usable: these are tests.
+    pub fn analyse(&self, runs: &[Run], papers: &str) -> Result<Analysis, AnalysisError> {
         let sensors = SensorFile::parse("papers", papers).expect("usable papers");
-        let mut laboratory = Laboratory::new(seed, &self.base);
-        let movements = self.movements.iter();
-        let runs: Vec<Run> = movements
-            .map(|movement| laboratory.record(movement))
-            .collect();
-        analyse(&self.base, &sensors, &runs)
+        analyse(&self.base, &sensors, runs)
+    }
+
+    /// Plays, records and evaluates the campaign of a seed; `papers` is the sensor file.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] when the campaign does not come out.
+    pub fn campaign(&self, seed: u64, papers: &str) -> Result<Analysis, AnalysisError> {
+        self.analyse(&self.record(seed), papers)
+    }
+
+    /// The results for each coefficient of a campaign beside the truth of its seed.
+    #[must_use]
+    pub fn judged(&self, seed: u64, results: &Results) -> Vec<Judged> {
+        let truth = Document::new(seed, &self.base.name);
+        let mut all = Vec::new();
+        for (index, (result, truth)) in results.channels.iter().zip(&truth.channels).enumerate() {
+            let name = &result.name;
+            let mut add = |what, measured, truth| {
+                let name = format!("{name}.{what}");
+                all.push(Judged {
+                    name,
+                    measured,
+                    truth,
+                });
+            };
+            add("offset", result.offset, truth.offset.truth);
+            for (column, axis) in ["x", "y", "z"].into_iter().enumerate() {
+                let what = if column == index % 3 { "gain" } else { axis };
+                add(what, result.cross[column], truth.cross.truth[column]);
+            }
+        }
+        let triads = ["linear", "angular", "rate"].iter().zip(&TRIADS);
+        for ((name, sheet), measured) in triads.zip(results.delays_s) {
+            all.push(Judged {
+                name: format!("{name}.delay"),
+                measured,
+                truth: mean_delay_s(seed, sheet),
+            });
+        }
+        all
+    }
+}
+
+/// A coefficient of one campaign and its true value.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// As in [`Coefficient::name`].
+    pub name: String,
+    /// What the campaign found.
+    pub measured: Measured,
+    /// What is true.
+    pub truth: f64,
+}
+
+impl Judged {
+    /// Whether the truth lies inside the 95 % interval.
+    #[must_use]
+    pub fn is_inside(&self) -> bool {
+        self.error() <= self.measured.interval_95
+    }
+
+    /// |error|.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        (self.measured.estimate - self.truth).abs()
     }
 }
 
@@ -119,56 +185,27 @@ pub fn coverage(campaigns: u64, first_seed: u64, done: impl Fn() + Sync) -> Cove
     }
 }
 
-/// Offsets, matrix elements and delays: name and outcome of each.
-fn outcomes_of(seed: u64, site: &Site) -> Vec<(String, Outcome)> {
-    let results = site
+/// All coefficients of the campaign of a seed.
+fn outcomes_of(seed: u64, site: &Site) -> Vec<Judged> {
+    let analysis = site
         .campaign(seed, &twin::papers::sensor_file(seed))
-        .expect("a campaign that comes out")
-        .results;
-    let truth = Document::new(seed, &site.base.name);
-    let mut outcomes = Vec::new();
-    for (index, (result, truth)) in results.channels.iter().zip(&truth.channels).enumerate() {
-        let name = &result.name;
-        let offset = outcome(&result.offset, truth.offset.truth);
-        outcomes.push((format!("{name}.offset"), offset));
-        for (column, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let what = if column == index % 3 { "gain" } else { axis };
-            let element = outcome(&result.cross[column], truth.cross.truth[column]);
-            outcomes.push((format!("{name}.{what}"), element));
-        }
-    }
-    for (triad, delay) in Triad::ALL.into_iter().zip(&results.delays_s) {
-        let truth = mean_delay_s(seed, &TRIADS[triad.index()]);
-        let name = match triad {
-            Triad::LinearAcceleration => "linear",
-            Triad::AngularAcceleration => "angular",
-            Triad::AngularRate => "rate",
-        };
-        outcomes.push((format!("{name}.delay"), outcome(delay, truth)));
-    }
-    outcomes
+        .expect("a campaign that comes out");
+    site.judged(seed, &analysis.results)
 }
 
-fn outcome(measured: &Measured, truth: f64) -> Outcome {
-    let error = (measured.estimate - truth).abs();
-    Outcome {
-        inside: error <= measured.interval_95,
-        error_over_u: error / measured.expanded_uncertainty,
-    }
-}
-
-fn summarise(all: &[(u64, Vec<(String, Outcome)>)]) -> Vec<Coefficient> {
+fn summarise(all: &[(u64, Vec<Judged>)]) -> Vec<Coefficient> {
     let Some((_, first)) = all.first() else {
         return Vec::new();
     };
-    let column = |index: usize| all.iter().map(move |(_, outcomes)| &outcomes[index].1);
-    let summary = |(index, (name, _)): (usize, &(String, Outcome))| {
-        let mut ratios: Vec<f64> = column(index).map(|outcome| outcome.error_over_u).collect();
+    let summary = |(index, judged): (usize, &Judged)| {
+        let column = all.iter().map(|(_, outcomes)| &outcomes[index]);
+        let inside = column.clone().filter(|outcome| outcome.is_inside()).count();
+        let over_u = |outcome: &Judged| outcome.error() / outcome.measured.expanded_uncertainty;
+        let mut ratios: Vec<f64> = column.map(over_u).collect();
         ratios.sort_by(f64::total_cmp);
         Coefficient {
-            name: name.clone(),
-            coverage: column(index).filter(|outcome| outcome.inside).count() as f64
-                / all.len() as f64,
+            name: judged.name.clone(),
+            coverage: inside as f64 / all.len() as f64,
             median_error_over_u: ratios[ratios.len() / 2],
             worst_error_over_u: ratios.last().copied().unwrap_or(0.0),
         }

@@ -9,31 +9,42 @@ use host_tests::coverage::{Coefficient, Site, coverage};
 /// Enough to see a wrong sign, a forgotten term or a doubled one; `cargo xtask coverage` is the whole statistic.
 const CAMPAIGNS: u64 = 20;
 
-/// By chance alone, one coefficient in 20 campaigns is inside less than 15 times once in 400; the mean of its kind is
-/// known much better.
+/// Coefficients of one kind, and how many of them err independently in a campaign: the offset of the converter is in
+/// all nine offsets.
+const KINDS: [(&[&str], u64); 4] = [
+    (&[".offset"], 1),
+    (&[".gain"], 9),
+    (&[".x", ".y", ".z"], 18),
+    (&[".delay"], 3),
+];
+
+/// By chance alone one coefficient is inside fewer than 14 times of 20 in one of 30,000 cases, and the share of a kind
+/// is 3.3 deviations √(0.95·0.05/n) off in one of a thousand.
 #[test]
 fn the_truth_of_every_coefficient_lies_inside_its_interval_as_often_as_it_should() {
     let figures = coverage(CAMPAIGNS, 1, || ());
     assert_eq!(figures.coefficients.len(), 9 * 4 + 3);
     for coefficient in &figures.coefficients {
-        assert!(coefficient.coverage >= 0.75, "{coefficient:?}");
+        assert!(coefficient.coverage >= 0.7, "{coefficient:?}");
     }
-    for kind in [".gain", ".offset", ".x", ".y", ".z", ".delay"] {
-        let all = figures.coefficients.iter();
-        let of_kind: Vec<&Coefficient> = all.filter(|c| c.name.ends_with(kind)).collect();
+    for (names, independent) in KINDS {
+        let is_of_kind = |c: &&Coefficient| names.iter().any(|name| c.name.ends_with(name));
+        let of_kind: Vec<&Coefficient> = figures.coefficients.iter().filter(is_of_kind).collect();
         let mean = |of: fn(&Coefficient) -> f64| {
             of_kind.iter().map(|c| of(c)).sum::<f64>() / of_kind.len() as f64
         };
         let (inside, median) = (mean(|c| c.coverage), mean(|c| c.median_error_over_u));
-        assert!((0.88..=0.995).contains(&inside), "{kind}: {inside}");
-        assert!((0.2..=0.5).contains(&median), "{kind}: {median}");
+        let deviation = (0.95 * 0.05 / (CAMPAIGNS * independent) as f64).sqrt();
+        let off = (inside - 0.95).abs();
+        assert!(off <= 3.3 * deviation, "{names:?}: {inside}");
+        assert!((0.2..=0.5).contains(&median), "{names:?}: {median}");
     }
 }
 
 #[test]
 fn right_lever_arms_pass_and_one_that_is_wrong_by_a_tenth_of_a_metre_is_told() {
     let sites: Vec<Site> = preset_names().into_iter().map(Site::new).collect();
-    for seed in 1..=CAMPAIGNS {
+    for seed in 1..=8 {
         let site = &sites[seed as usize % sites.len()];
         let analysis = site
             .campaign(seed, &twin::papers::sensor_file(seed))
@@ -79,6 +90,8 @@ fn the_second_harmonic_tells_an_estimated_arm_that_is_wrong_by_a_tenth_of_a_metr
     let analysis = site.campaign(4, &papers).unwrap();
     let sensors = SensorFile::parse("papers", &papers).unwrap();
     let belief = Belief::new(&GeometryFile::load("an-74tk-200").unwrap(), &sensors);
+    let right = second_harmonics(&analysis.condensed, &analysis.estimate, &belief).unwrap();
+    assert!(right.iter().all(|harmonic| harmonic.agrees()), "{right:?}");
     for axis in 0..3 {
         let mut estimate = analysis.estimate.clone();
         estimate.lever_arm_m[axis] += 0.1;
@@ -87,5 +100,23 @@ fn the_second_harmonic_tells_an_estimated_arm_that_is_wrong_by_a_tenth_of_a_metr
             harmonics.iter().any(|harmonic| !harmonic.agrees()),
             "{harmonics:?}"
         );
+    }
+}
+
+/// The holds know the gains of ax and az against gravity and nothing else.
+#[test]
+fn an_uncertain_gravity_makes_the_gains_of_ax_and_az_as_uncertain() {
+    let papers = twin::papers::sensor_file(4);
+    let results = Site::new("an-74tk-200")
+        .campaign(4, &papers)
+        .unwrap()
+        .results;
+    let gravity = &results.gravity_m_s2;
+    let relative = gravity.expanded_uncertainty / 2.0 / gravity.estimate;
+    for channel in [0, 2] {
+        let terms = &results.channels[channel].budget;
+        let term = terms.iter().find(|term| term.cause == "local gravity");
+        let stated = term.unwrap().gain_relative;
+        assert!((stated / relative - 1.0).abs() < 0.01, "{stated}");
     }
 }

@@ -40,11 +40,13 @@ pub enum Cause {
     Gravity,
     /// Noise of the jack transducers.
     JackNoise,
+    /// What is left of transients on holds and in sines.
+    Settling,
 }
 
 impl Cause {
     /// All causes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::SensorNoise,
         Self::BiasWalk,
         Self::Hinges,
@@ -57,6 +59,7 @@ impl Cause {
         Self::Bandwidth,
         Self::Gravity,
         Self::JackNoise,
+        Self::Settling,
     ];
 
     /// Name as people read it.
@@ -75,6 +78,7 @@ impl Cause {
             Self::Bandwidth => "sensor bandwidth",
             Self::Gravity => "local gravity",
             Self::JackNoise => "jack noise",
+            Self::Settling => "settling",
         }
     }
 }

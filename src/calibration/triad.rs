@@ -68,6 +68,29 @@ pub struct Noise {
     pub walk: [f64; AXES],
 }
 
+impl Noise {
+    /// Variance of a mean over `length_s` by white noise, counts²: density²/2T.
+    #[must_use]
+    pub fn hold_variance(&self, sensor: usize, length_s: f64) -> f64 {
+        self.density[sensor] * self.density[sensor] / (2.0 * length_s)
+    }
+
+    /// Variances of the real and the imaginary part of an amplitude at `omega` rad/s estimated over `length_s`,
+    /// counts²: the density of all noise at that frequency, squared, over T. A walk has the density √2·walk/ω there. The
+    /// imaginary part, a sine over whole periods from its zero on, shares the window with the drift that is fitted
+    /// beside it: over P periods its variance is larger by 1/(1 − 6/π²P²).
+    #[must_use]
+    pub fn amplitude_variances(&self, sensor: usize, omega: f64, length_s: f64) -> [f64; 2] {
+        let walk = self.walk[sensor] / omega;
+        let density = self.density[sensor] * self.density[sensor] + 2.0 * walk * walk;
+        // πP = ωT/2; a fit needs a period at least.
+        let half_turns = (omega * length_s / 2.0).max(core::f64::consts::PI);
+        let shared = 6.0 / (half_turns * half_turns);
+        let variance = density / length_s;
+        [variance, variance / (1.0 - shared)]
+    }
+}
+
 /// A calibrated triad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TriadFit {
@@ -155,6 +178,14 @@ impl TriadFit {
         counts_at_rest - self.sensitivity * truth_at_rest
     }
 
+    /// What the counts of a sensor in a sine run, put forward by the delay, are more than its sensitivity makes of the
+    /// truth; counts, as a complex amplitude.
+    #[must_use]
+    pub fn disagreement(&self, sine: &SineRun, sensor: usize) -> Complex<f64> {
+        let undelayed = sine.counts[sensor] * turned_by(sine.omega * self.delay_s);
+        undelayed - of_truth(sine, sensor, &self.sensitivity)
+    }
+
     /// Standard uncertainty of each element of [`TriadFit::matrix`] by [`TriadFit::row_covariance`]:
     /// δM = −M·δS·M with independent rows of δS.
     #[must_use]
@@ -191,7 +222,7 @@ fn fit_rows(
         }
         for sine in sines {
             let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
-            let [re, im] = part_variances(sine, sensor, noise);
+            let [re, im] = noise.amplitude_variances(sensor, sine.omega, sine.length_s);
             equations.add(&sine_row(sine, |c| c.re), undelayed.re, 1.0 / re);
             equations.add(&sine_row(sine, |c| c.im), undelayed.im, 1.0 / im);
         }
@@ -219,25 +250,17 @@ fn sine_row(sine: &SineRun, part: fn(&Complex<f64>) -> f64) -> Row {
     row
 }
 
-/// 1/variance of a hold's mean: white noise of a mean over T has variance density²/2T; the walk is taken over the
-/// time from hold to hold.
+/// 1/variance of a hold's mean: white noise, and the walk over the time from hold to hold.
 fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
-    let white = noise.density[sensor] * noise.density[sensor] / (2.0 * hold.length_s);
-    1.0 / (white + noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s)
+    let walk = noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s;
+    1.0 / (noise.hold_variance(sensor, hold.length_s) + walk)
 }
 
-/// Variances of the real and the imaginary part of an amplitude estimated over T: the density of all noise at the drive
-/// frequency, squared, over T. A walk has the density √2·walk/ω there. The imaginary part, a sine over whole periods
-/// from its zero on, shares the window with the drift that is fitted beside it: over P periods its variance is larger
-/// by 1/(1 − 6/π²P²).
-fn part_variances(sine: &SineRun, sensor: usize, noise: &Noise) -> [f64; 2] {
-    let walk = noise.walk[sensor] / sine.omega;
-    let density = noise.density[sensor] * noise.density[sensor] + 2.0 * walk * walk;
-    // πP = ωT/2; a fit needs a period at least.
-    let half_turns = (sine.omega * sine.length_s / 2.0).max(core::f64::consts::PI);
-    let shared = 6.0 / (half_turns * half_turns);
-    let variance = density / sine.length_s;
-    [variance, variance / (1.0 - shared)]
+/// Amplitude of a sensor's counts that follows from the truth.
+fn of_truth(sine: &SineRun, sensor: usize, sensitivity: &Matrix3<f64>) -> Complex<f64> {
+    (0..AXES)
+        .map(|axis| sine.truth[axis] * sensitivity[(sensor, axis)])
+        .sum()
 }
 
 /// By how much the sensors still lag behind the fitted sensitivity.
@@ -256,13 +279,11 @@ impl Lag {
         let (mut moment, mut variance, mut weights) = (0.0, 0.0, [0.0; AXES]);
         for sine in sines {
             for sensor in 0..AXES {
-                let model: Complex<f64> = (0..AXES)
-                    .map(|axis| sine.truth[axis] * sensitivity[(sensor, axis)])
-                    .sum();
+                let model = of_truth(sine, sensor, sensitivity);
                 let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
                 moment -= (model.conj() * undelayed).im * sine.omega;
                 let square = model.norm_sqr() * sine.omega * sine.omega;
-                let [re, im] = part_variances(sine, sensor, noise);
+                let [re, im] = noise.amplitude_variances(sensor, sine.omega, sine.length_s);
                 let spread = model.re * model.re * im + model.im * model.im * re;
                 variance += spread * sine.omega * sine.omega;
                 weights[sensor] += square;
@@ -294,14 +315,18 @@ fn row_covariance(
             let mut covariance =
                 noise.walk[sensor] * noise.walk[sensor] * one.time_s.min(other.time_s);
             if core::ptr::eq(one, other) {
-                covariance += noise.density[sensor] * noise.density[sensor] / (2.0 * one.length_s);
+                covariance += noise.hold_variance(sensor, one.length_s);
             }
             spread += left * right.transpose() * covariance;
         }
     }
     for sine in sines {
         let parts = [|c: &Complex<f64>| c.re, |c: &Complex<f64>| c.im];
-        for (part, variance) in parts.into_iter().zip(part_variances(sine, sensor, noise)) {
+        for (part, variance) in
+            parts
+                .into_iter()
+                .zip(noise.amplitude_variances(sensor, sine.omega, sine.length_s))
+        {
             let row = sine_row(sine, part);
             spread += row * row.transpose() / variance;
         }

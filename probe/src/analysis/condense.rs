@@ -4,12 +4,15 @@
 //! motion controller shares no clock with the board; so is the drive frequency.
 
 use core::f64::consts::TAU;
+use core::ops::Range;
 
 use hexsense::channel::{CHANNELS, INERTIAL, JACKS, NAMES};
-use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
+use hexsense::excitation::{DegreeOfFreedom, Signal, Sine};
 use hexsense::harmonics::{Harmonics, Series, fit_frequency};
-use hexsense::kinematics::{Geometry, displacements};
+use hexsense::kinematics::Geometry;
 
+use super::noise::Scatter;
+use super::onset::most_moved;
 use super::{AnalysisError, Run};
 
 /// Time that the base is given to come to rest on a hold, s.
@@ -18,8 +21,6 @@ const HOLD_SETTLE_S: f64 = 1.5;
 const GUARD_S: f64 = 0.2;
 /// Jack series are averaged down to this rate, Hz: ten times the fifth harmonic of 1 Hz.
 const JACK_RATE_HZ: u32 = 50;
-/// Step of the search for the start of a movement, s.
-const SEARCH_STEP_S: f64 = 0.01;
 
 /// Means over one stretch at rest.
 #[derive(Debug, Clone)]
@@ -30,6 +31,8 @@ pub struct Rest {
     pub length_s: f64,
     /// Mean counts of all channels.
     pub counts: [f64; CHANNELS],
+    /// Standard uncertainty of the jacks' means by how they scatter in the stretch, counts.
+    pub jack_noise: [f64; JACKS],
 }
 
 /// A sine run, reduced.
@@ -70,8 +73,8 @@ pub struct HoldRun {
 
 /// A capture in counts at nominal supply.
 pub struct Counts<'a> {
-    run: &'a Run,
-    channels: Vec<[f64; CHANNELS]>,
+    pub(super) run: &'a Run,
+    pub(super) channels: Vec<[f64; CHANNELS]>,
 }
 
 impl<'a> Counts<'a> {
@@ -111,7 +114,7 @@ impl<'a> Counts<'a> {
     }
 
     /// Scans from `from_s` to `to_s`, s from the start of the capture.
-    fn stretch(&self, from_s: f64, to_s: f64) -> Result<std::ops::Range<usize>, AnalysisError> {
+    fn stretch(&self, from_s: f64, to_s: f64) -> Result<Range<usize>, AnalysisError> {
         let rate = f64::from(self.run.rate_hz);
         let (from, to) = (
             (from_s * rate).round() as usize,
@@ -152,7 +155,30 @@ impl<'a> Counts<'a> {
             time_s: start + (from_s + to_s) / 2.0,
             length_s: to_s - from_s,
             counts,
+            jack_noise: core::array::from_fn(|jack| {
+                let mut scatter = Scatter::default();
+                let jack = scans.iter().map(|scan| scan[INERTIAL + jack]);
+                scatter.add(&jack.collect::<Vec<f64>>(), self.run.rate_hz);
+                scatter.density() / (2.0 * (to_s - from_s)).sqrt()
+            }),
         })
+    }
+
+    /// Adds what the sensors scatter from `from_s` to `to_s`, a stretch at rest, to `scatters`.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Short`].
+    pub fn add_scatter(
+        &self,
+        (from_s, to_s): (f64, f64),
+        scatters: &mut [Scatter; INERTIAL],
+    ) -> Result<(), AnalysisError> {
+        let scans = &self.channels[self.stretch(from_s, to_s)?];
+        for (channel, scatter) in scatters.iter_mut().enumerate() {
+            let samples: Vec<f64> = scans.iter().map(|scan| scan[channel]).collect();
+            scatter.add(&samples, self.run.rate_hz);
+        }
+        Ok(())
     }
 
     /// One channel over the whole capture.
@@ -160,72 +186,155 @@ impl<'a> Counts<'a> {
     pub fn channel(&self, channel: usize) -> Vec<f64> {
         self.channels.iter().map(|scan| scan[channel]).collect()
     }
+}
 
-    /// Start of the program in the capture, s: where the jack that moves most fits its program best.
+/// Which part of a stretch that was given time to settle is reduced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// Its second half.
+    Later,
+}
+
+impl HoldRun {
+    /// Reduces a ramp-and-hold run whose movement starts at `onset_s`, s from the start of the capture.
     ///
     /// # Errors
-    /// [`AnalysisError::NotFound`] when no place fits.
-    pub fn onset_s(&self, geometry: &Geometry<f64>) -> Result<f64, AnalysisError> {
-        let (jack, program) = most_moved(&self.run.program, geometry);
-        let stride = (f64::from(self.run.rate_hz) * SEARCH_STEP_S).round() as usize;
-        let measured: Vec<f64> = self
-            .channels
-            .iter()
-            .step_by(stride)
-            .map(|scan| scan[INERTIAL + jack])
-            .collect();
-        let places = measured.len().saturating_sub(program.len());
-        let best = (0..=places)
-            .filter_map(|place| Some((place, correlation(measured.get(place..)?, &program)?)));
-        let (place, fit) = best.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-        if fit < 0.9 {
-            return Err(AnalysisError::NotFound {
-                run: self.run.name.clone(),
-                fit: fit.max(0.0) * 100.0,
-            });
+    /// [`AnalysisError::Short`].
+    pub fn new(counts: &Counts, onset_s: f64, part: Part) -> Result<Self, AnalysisError> {
+        let rest = |from_s: f64, to_s: f64| match part {
+            Part::Whole => counts.rest(from_s, to_s),
+            Part::Later => counts.rest((from_s + to_s) / 2.0, to_s),
+        };
+        let mut holds = Vec::new();
+        if let Some((from_s, to_s)) = before(onset_s) {
+            holds.push(rest(from_s, to_s)?);
         }
-        Ok(place as f64 * SEARCH_STEP_S)
-    }
-}
-
-/// The jack that a program moves most, and its displacement every [`SEARCH_STEP_S`].
-fn most_moved(program: &Program, geometry: &Geometry<f64>) -> (usize, Vec<f64>) {
-    let steps = (program.duration_s() / SEARCH_STEP_S).ceil() as usize;
-    let rows: Vec<[f64; JACKS]> = (0..=steps)
-        .map(|step| {
-            displacements(
-                geometry,
-                &program.pose(geometry, step as f64 * SEARCH_STEP_S),
-            )
+        for (_, signal) in &counts.run.program.signals {
+            let Signal::Ramps(ramps) = signal else {
+                continue;
+            };
+            for hold in ramps
+                .holds()
+                .filter(|hold| hold.length_s > HOLD_SETTLE_S + GUARD_S)
+            {
+                let start_s = onset_s + hold.start_s;
+                holds.push(rest(
+                    start_s + HOLD_SETTLE_S,
+                    start_s + hold.length_s - GUARD_S,
+                )?);
+            }
+        }
+        Ok(Self {
+            name: counts.run.name.clone(),
+            onset_s,
+            holds,
         })
-        .collect();
-    let range = |jack: usize| {
-        let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(low, high), row| {
-            (low.min(row[jack]), high.max(row[jack]))
-        });
-        high - low
-    };
-    let jack = (0..JACKS)
-        .max_by(|a, b| range(*a).total_cmp(&range(*b)))
-        .unwrap_or(0);
-    (jack, rows.iter().map(|row| row[jack]).collect())
+    }
 }
 
-/// Correlation of the start of `measured` with `program`, −1 to 1; `None` when it is too short or does not move.
-fn correlation(measured: &[f64], program: &[f64]) -> Option<f64> {
-    let measured = measured.get(..program.len())?;
-    let count = program.len() as f64;
-    let (m, p) = (
-        measured.iter().sum::<f64>() / count,
-        program.iter().sum::<f64>() / count,
-    );
-    let (mut cross, mut mm, mut pp) = (0.0, 0.0, 0.0);
-    for (measured, program) in measured.iter().zip(program) {
-        cross += (measured - m) * (program - p);
-        mm += (measured - m) * (measured - m);
-        pp += (program - p) * (program - p);
+/// The rest before a movement, s from the start of the capture; nothing when it is too short to be of use.
+#[must_use]
+pub fn before(onset_s: f64) -> Option<(f64, f64)> {
+    (onset_s > 1.0 + 2.0 * GUARD_S).then_some((GUARD_S, onset_s - GUARD_S))
+}
+
+impl Sweep {
+    /// Reduces a sine run that drives `freedom` by `sine` and starts at `onset_s`, s from the start of the capture.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Short`] and [`AnalysisError::NoSine`].
+    pub fn new(
+        counts: &Counts,
+        onset_s: f64,
+        freedom: DegreeOfFreedom,
+        sine: Sine,
+        geometry: &Geometry<f64>,
+    ) -> Result<Self, AnalysisError> {
+        let start_s = onset_s + sine.estimate_start_s();
+        let range = counts.stretch(start_s, start_s + sine.estimate_s)?;
+        let rate = f64::from(counts.run.rate_hz);
+        let channel = INERTIAL + most_moved(&counts.run.program, geometry).0;
+        let series: Vec<f64> = counts.channels[range.clone()]
+            .iter()
+            .map(|scan| scan[channel])
+            .collect();
+        let per_scan = fit_frequency(&series, TAU * sine.frequency_hz / rate)
+            .ok_or_else(|| no_sine(counts.run, &sine, channel))?;
+        let (sensors, jacks) =
+            parts(counts, range.clone(), per_scan).ok_or_else(|| no_sine(counts.run, &sine, 0))?;
+        Ok(Self {
+            name: counts.run.name.clone(),
+            freedom,
+            sine,
+            omega: per_scan * rate,
+            length_s: range.len() as f64 / rate,
+            first: range.start,
+            onset_s,
+            sensors,
+            jacks,
+            group: group(counts.run.rate_hz),
+        })
     }
-    (mm > 0.0 && pp > 0.0).then(|| cross / (mm * pp).sqrt())
+
+    /// The same run without the first third of its periods, at least one; all of it when there is only one.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoSine`].
+    pub fn later(&self, counts: &Counts) -> Result<Self, AnalysisError> {
+        let rate = f64::from(counts.run.rate_hz);
+        let periods = (self.length_s * self.omega / TAU).round();
+        let skipped = (periods / 3.0).ceil();
+        if skipped >= periods {
+            return Ok(self.clone());
+        }
+        let scans = (skipped * TAU / self.omega * rate).round() as usize;
+        let last = self.first + (self.length_s * rate).round() as usize;
+        let range = self.first + scans..last;
+        let (sensors, jacks) = parts(counts, range.clone(), self.omega / rate)
+            .ok_or_else(|| no_sine(counts.run, &self.sine, 0))?;
+        Ok(Self {
+            length_s: range.len() as f64 / rate,
+            first: range.start,
+            sensors,
+            jacks,
+            ..self.clone()
+        })
+    }
+}
+
+fn no_sine(run: &Run, sine: &Sine, channel: usize) -> AnalysisError {
+    AnalysisError::NoSine {
+        run: run.name.clone(),
+        channel: NAMES[channel],
+        frequency_hz: sine.frequency_hz,
+    }
+}
+
+/// Fits of the sensors and means of the jacks over some scans; `None` when there are too few.
+fn parts(counts: &Counts, range: Range<usize>, per_scan: f64) -> Option<Parts> {
+    let scans = &counts.channels[range];
+    let inertial = scans
+        .iter()
+        .map(|scan| core::array::from_fn::<_, INERTIAL, _>(|channel| scan[channel]));
+    let sensors = Series::fit_all(per_scan, inertial)?;
+    let jacks = scans
+        .chunks_exact(group(counts.run.rate_hz))
+        .map(group_mean);
+    Some((sensors, jacks.collect()))
+}
+
+type Parts = ([Harmonics; INERTIAL], Vec<[f64; JACKS]>);
+
+fn group(rate_hz: u32) -> usize {
+    (rate_hz / JACK_RATE_HZ) as usize
+}
+
+fn group_mean(scans: &[[f64; CHANNELS]]) -> [f64; JACKS] {
+    core::array::from_fn(|jack| {
+        scans.iter().map(|scan| scan[INERTIAL + jack]).sum::<f64>() / scans.len() as f64
+    })
 }
 
 /// Reduces a ramp-and-hold run.
@@ -234,28 +343,7 @@ fn correlation(measured: &[f64], program: &[f64]) -> Option<f64> {
 /// [`AnalysisError`] when the movement is not found, cut off or has gaps.
 pub fn hold_run(run: &Run, geometry: &Geometry<f64>) -> Result<HoldRun, AnalysisError> {
     let counts = Counts::new(run)?;
-    let onset_s = counts.onset_s(geometry)?;
-    let mut holds = Vec::new();
-    if onset_s > 1.0 + 2.0 * GUARD_S {
-        holds.push(counts.rest(GUARD_S, onset_s - GUARD_S)?);
-    }
-    for (_, signal) in &run.program.signals {
-        if let Signal::Ramps(ramps) = signal {
-            for hold in ramps
-                .holds()
-                .filter(|hold| hold.length_s > HOLD_SETTLE_S + GUARD_S)
-            {
-                let start_s = onset_s + hold.start_s;
-                holds
-                    .push(counts.rest(start_s + HOLD_SETTLE_S, start_s + hold.length_s - GUARD_S)?);
-            }
-        }
-    }
-    Ok(HoldRun {
-        name: run.name.clone(),
-        onset_s,
-        holds,
-    })
+    HoldRun::new(&counts, counts.onset_s(geometry)?, Part::Whole)
 }
 
 /// Reduces a sine run that drives `freedom` by `sine`.
@@ -269,51 +357,5 @@ pub fn sweep(
     geometry: &Geometry<f64>,
 ) -> Result<Sweep, AnalysisError> {
     let counts = Counts::new(run)?;
-    let onset_s = counts.onset_s(geometry)?;
-    let start_s = onset_s + sine.estimate_start_s();
-    let range = counts.stretch(start_s, start_s + sine.estimate_s)?;
-    let rate = f64::from(run.rate_hz);
-    let (jack, _) = most_moved(&run.program, geometry);
-    let no_sine = |channel: usize| AnalysisError::NoSine {
-        run: run.name.clone(),
-        channel: NAMES[channel],
-        frequency_hz: sine.frequency_hz,
-    };
-    let series = |channel: usize| -> Vec<f64> {
-        counts.channels[range.clone()]
-            .iter()
-            .map(|scan| scan[channel])
-            .collect()
-    };
-    let per_scan = fit_frequency(&series(INERTIAL + jack), TAU * sine.frequency_hz / rate)
-        .ok_or_else(|| no_sine(INERTIAL + jack))?;
-    let scans = counts.channels[range.clone()].iter();
-    let inertial =
-        scans.map(|scan| core::array::from_fn::<_, INERTIAL, _>(|channel| scan[channel]));
-    let sensors = Series::fit_all(per_scan, inertial).ok_or_else(|| no_sine(0))?;
-    let group = (run.rate_hz / JACK_RATE_HZ) as usize;
-    let jacks = counts.channels[range.clone()]
-        .chunks_exact(group)
-        .map(group_mean)
-        .collect();
-    let length_s = range.len() as f64 / rate;
-    let (omega, first) = (per_scan * rate, range.start);
-    Ok(Sweep {
-        name: run.name.clone(),
-        freedom,
-        sine,
-        omega,
-        length_s,
-        first,
-        onset_s,
-        sensors,
-        jacks,
-        group,
-    })
-}
-
-fn group_mean(scans: &[[f64; CHANNELS]]) -> [f64; JACKS] {
-    core::array::from_fn(|jack| {
-        scans.iter().map(|scan| scan[INERTIAL + jack]).sum::<f64>() / scans.len() as f64
-    })
+    Sweep::new(&counts, counts.onset_s(geometry)?, freedom, sine, geometry)
 }

@@ -107,35 +107,15 @@ impl Condensed {
     /// [`AnalysisError::Pose`], [`AnalysisError::Triad`] and [`AnalysisError::Tolerance`].
     pub fn estimate(&self, belief: &Belief) -> Result<Estimate, AnalysisError> {
         let home = rest_truth(belief, &self.zero, "zero")?;
-        let heave = self.truth(&self.heave, belief)?;
         let turns: Vec<SineTruth> = self
             .turns
             .iter()
             .map(|sweep| self.truth(sweep, belief))
             .collect::<Result<_, _>>()?;
-        let arm = &belief.site.lever_arm_m;
-        let lifted = heave.specific_force(arm)[0];
-        let turned = |triad: Triad, part: fn(&SineTruth) -> [Complex<f64>; 3]| -> Vec<SineRun> {
-            let runs = self.turns.iter().zip(&turns);
-            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(truth), belief))
-                .collect()
-        };
-        let linear = self.fit(
-            Triad::LinearAcceleration,
-            &self.holds(belief)?,
-            &[sine_run(
-                &self.heave,
-                Triad::LinearAcceleration,
-                lifted,
-                belief,
-            )],
-        )?;
-        let angular = turned(Triad::AngularAcceleration, |truth| {
-            truth.angular_acceleration
-        });
-        let rate = turned(Triad::AngularRate, |truth| truth.angular_rate);
+        let heave = self.truth(&self.heave, belief)?;
+        let [lifted, angular, rate] = self.sine_runs(&heave, &turns, belief);
         let fits = [
-            linear,
+            self.fit(Triad::LinearAcceleration, &self.holds(belief)?, &lifted)?,
             self.fit(Triad::AngularAcceleration, &[], &angular)?,
             self.fit(Triad::AngularRate, &[], &rate)?,
         ];
@@ -164,7 +144,34 @@ impl Condensed {
         Ok(sine_truth(&fits, omega, belief.site.gravity_m_s2))
     }
 
-    fn fit(
+    /// The sine runs that each triad is calibrated by: heave for the accelerometers, the turns for the others; given
+    /// their truths.
+    #[must_use]
+    pub fn sine_runs(
+        &self,
+        heave: &SineTruth,
+        turns: &[SineTruth],
+        belief: &Belief,
+    ) -> [Vec<SineRun>; 3] {
+        let turned = |triad: Triad, part: fn(&SineTruth) -> [Complex<f64>; 3]| {
+            let runs = self.turns.iter().zip(turns);
+            runs.map(|(sweep, truth)| sine_run(sweep, triad, part(truth), belief))
+                .collect()
+        };
+        let lifted = heave.specific_force(&belief.site.lever_arm_m)[0];
+        let linear = Triad::LinearAcceleration;
+        [
+            vec![sine_run(&self.heave, linear, lifted, belief)],
+            turned(Triad::AngularAcceleration, |t| t.angular_acceleration),
+            turned(Triad::AngularRate, |t| t.angular_rate),
+        ]
+    }
+
+    /// Fits a triad to holds and sine runs.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Triad`].
+    pub fn fit(
         &self,
         triad: Triad,
         holds: &[Hold],
@@ -234,12 +241,20 @@ impl Condensed {
 }
 
 /// Counts of a triad at nominal supply, as believed.
-fn triad_counts(counts: &[f64; CHANNELS], triad: Triad, belief: &Belief) -> Vector3<f64> {
+pub(super) fn triad_counts(
+    counts: &[f64; CHANNELS],
+    triad: Triad,
+    belief: &Belief,
+) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| counts[triad.first_channel() + axis] * belief.supply)
 }
 
 /// Specific force on a base at rest.
-fn rest_truth(belief: &Belief, rest: &Rest, run: &str) -> Result<Vector3<f64>, AnalysisError> {
+pub(super) fn rest_truth(
+    belief: &Belief,
+    rest: &Rest,
+    run: &str,
+) -> Result<Vector3<f64>, AnalysisError> {
     let counts = core::array::from_fn(|jack| rest.counts[INERTIAL + jack]);
     let pose = Poses::new(belief, run)?.next(&counts)?;
     Ok(specific_force_at_rest(&pose.rotation, &belief.site))

@@ -8,9 +8,12 @@
 //! ```
 //!
 //! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
-//! - [`condense`]: the captures reduced to what the estimate needs; nothing that is believed enters here.
+//! - [`condense`]: a capture reduced to what the estimate needs; nothing that is believed enters here.
+//! - [`onset`]: where in a capture the movement starts.
+//! - [`campaign`]: all captures condensed, sorted by what they are for.
 //! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
-//! - [`noise`]: the sensors' noise from a rest.
+//! - [`noise`]: the sensors' noise from rests.
+//! - [`settling`]: what is left of transients.
 //! - [`lever_arm`]: the lever arm checked by the second harmonic.
 //! - [`budgets`]: what each doubt does to each result.
 //! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
@@ -19,13 +22,16 @@
 
 pub mod belief;
 pub mod budgets;
+pub mod campaign;
 pub mod condense;
 pub mod estimate;
 pub mod filter;
 pub mod held_out;
 pub mod lever_arm;
 pub mod noise;
+pub mod onset;
 pub mod results;
+pub mod settling;
 
 use hexsense::calibration::triad::TriadError;
 use hexsense::calibration::zero::ZeroError;

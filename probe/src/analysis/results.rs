@@ -1,19 +1,17 @@
 //! The results of a campaign with their uncertainties, and the coefficient set made of them.
 
 use hexsense::calibration::budget::{Budget, Cause, Shape};
-use hexsense::calibration::triad::Noise;
-use hexsense::calibration::zero::{ZeroLimits, zero};
 use hexsense::channel::{INERTIAL, NAMES, Triad};
-use hexsense::excitation::{DegreeOfFreedom, Signal};
 use hexsense::store::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;
 use super::budgets::Budgets;
-use super::condense::{Counts, Sweep, hold_run, sweep};
+use super::campaign::Campaign;
+use super::condense::Sweep;
 use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
 use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
-use super::noise::density;
+use super::settling::Settling;
 use super::{AnalysisError, Run};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -128,10 +126,12 @@ pub fn analyse(
     sensors: &SensorFile,
     runs: &[Run],
 ) -> Result<Analysis, AnalysisError> {
-    let condensed = condense(base, sensors, runs)?;
+    let Campaign { condensed, later } = Campaign::new(base, sensors, runs)?;
     let belief = Belief::new(base, sensors);
     let estimate = condensed.estimate(&belief)?;
-    let budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
+    let mut budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
+    let settling = Settling::new(&condensed, &estimate, &later, &belief)?;
+    budgets.add_settling(&settling, &estimate);
     let channels = (0..INERTIAL)
         .map(|channel| channel_result(channel, &condensed, &estimate, &budgets, sensors));
     let sweeps = std::iter::once(&condensed.heave).chain(&condensed.turns);
@@ -171,93 +171,6 @@ pub fn analyse(
         results,
         triads,
     })
-}
-
-/// Sorts the runs by what they are for and reduces each.
-fn condense(
-    base: &GeometryFile,
-    sensors: &SensorFile,
-    runs: &[Run],
-) -> Result<Condensed, AnalysisError> {
-    let geometry = &base.geometry;
-    let zero_run = runs
-        .iter()
-        .find(|run| run.program.signals.is_empty())
-        .ok_or(AnalysisError::MissingRun { run: "zero" })?;
-    let counts = Counts::new(zero_run)?;
-    check_zero(&counts, sensors, base)?;
-    let rest = counts.rest(0.0, counts.len() as f64 / f64::from(zero_run.rate_hz))?;
-    let (mut hold_runs, mut sweeps) = (Vec::new(), Vec::new());
-    for run in runs {
-        match run.program.signals.as_slice() {
-            [(_, Signal::Ramps(_))] => hold_runs.push(hold_run(run, geometry)?),
-            [(freedom, Signal::Sine(sine))] => sweeps.push(sweep(run, *freedom, *sine, geometry)?),
-            _ => {}
-        }
-    }
-    if hold_runs.len() != 2 {
-        return Err(AnalysisError::MissingRun {
-            run: "pitch or roll ramp-and-hold",
-        });
-    }
-    let heave = sweeps
-        .iter()
-        .position(|sweep| sweep.freedom == DegreeOfFreedom::Heave);
-    let heave = sweeps.remove(heave.ok_or(AnalysisError::MissingRun { run: "heave sine" })?);
-    let noise = Triad::ALL.map(|triad| noise(triad, &counts, zero_run.rate_hz, sensors));
-    Ok(Condensed {
-        rate_hz: zero_run.rate_hz,
-        zero: rest,
-        hold_runs,
-        heave,
-        turns: sweeps,
-        noise,
-    })
-}
-
-/// Refuses a zero run in which a channel scattered or drifted five times more than its data sheet's noise and
-/// wandering explain.
-fn check_zero(
-    counts: &Counts,
-    sensors: &SensorFile,
-    base: &GeometryFile,
-) -> Result<(), AnalysisError> {
-    let stroke_m = base.geometry.length_max_m() - base.geometry.length_min_m();
-    let per_metre = sensors.jacks.full_stroke_volts.abs() / stroke_m * sensors.counts_per_volt();
-    for (channel, name) in NAMES.into_iter().enumerate() {
-        let limit = if channel < INERTIAL {
-            let sheet = sensors.triad(Triad::ALL[channel / 3]);
-            let per_unit = sheet.volts_per_unit.abs() * sensors.counts_per_volt();
-            5.0 * (sheet.noise_density + sheet.bias_walk_5min / 5.0) * per_unit
-        } else {
-            5.0 * sensors.jacks.noise_rms_m * per_metre
-        };
-        let limits = ZeroLimits {
-            deviation: limit,
-            drift: 2.0 * limit,
-        };
-        zero(&counts.channel(channel), limits).map_err(|source| AnalysisError::Zero {
-            channel: name,
-            source,
-        })?;
-    }
-    Ok(())
-}
-
-/// White noise from the zero run and wandering by the data sheet, in counts.
-fn noise(triad: Triad, counts: &Counts, rate_hz: u32, sensors: &SensorFile) -> Noise {
-    let sheet = sensors.triad(triad);
-    let walk = sheet.bias_walk_5min / 300f64.sqrt()
-        * sheet.volts_per_unit.abs()
-        * sensors.counts_per_volt();
-    let density = core::array::from_fn(|axis| {
-        // A dead channel has no noise at all; a thousandth of a count keeps its weight finite.
-        density(&counts.channel(triad.first_channel() + axis), rate_hz).max(1e-3)
-    });
-    Noise {
-        density,
-        walk: [walk; 3],
-    }
 }
 
 fn measured(estimate: f64, budget: &Budget) -> Measured {
