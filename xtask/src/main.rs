@@ -9,6 +9,7 @@
 //! - [`bench_sample_path`]: instructions of the sample path, beside what others offer.
 //! - [`counting`]: instruction counts on the virtual board.
 //! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
+//! - [`size`]: flash and RAM of the firmware, by module.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
@@ -24,6 +25,7 @@ mod demo;
 mod fixed_time;
 mod process;
 mod setup;
+mod size;
 mod system_test;
 mod test;
 mod thumb;
@@ -49,6 +51,8 @@ enum Task {
     /// Measure how fast the product is
     #[command(subcommand)]
     Bench(Bench),
+    /// Flash and static RAM of the firmware by module; fails when it has grown over its budget
+    Size(size::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -67,6 +71,7 @@ fn main() -> anyhow::Result<()> {
         Task::Coverage(arguments) => coverage::run(&arguments),
         Task::Bench(Bench::Kinematics(arguments)) => bench_kinematics::run(&arguments),
         Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
+        Task::Size(arguments) => size::run(&arguments),
         Task::Test => test::run(),
     }
 }

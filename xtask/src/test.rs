@@ -7,6 +7,7 @@ use crate::build::{Parts, cargo, firmware};
 use crate::fixed_time;
 use crate::process::checked;
 use crate::setup;
+use crate::size;
 use crate::system_test;
 
 /// Runs all checks, prints a line for each, and fails if one of them did.
@@ -22,6 +23,7 @@ pub fn run() -> anyhow::Result<()> {
             .args(DENY),
     );
     checks.run("lints for the board", firmware("clippy").args(DENY));
+    checks.add("size of the firmware", size::check());
     checks.run("host tests", &mut host_tests());
     checks.run(
         "documentation",
