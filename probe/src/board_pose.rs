@@ -5,9 +5,9 @@
 
 use hexsense::kinematics::{Angles, Convention, ForwardError, Pose};
 use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::{BLOCK, BlockSize};
+use hexsense::sampling::BlockSize;
 use hexsense::store::{BaseError, CoefficientSet, SetId};
-use hexsense::wire::{BoardPose, PoseRefusal, PoseReport};
+use hexsense::wire::{BoardPose, PoseRefusal, PoseReport, pose};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
@@ -37,14 +37,13 @@ pub enum BoardPoseError {
     Base(#[from] BaseError),
     /// Poses are missing.
     #[error(
-        "only {poses} poses came for {blocks} blocks of samples; check that nothing else loads the link, then verify \
-         again"
+        "only {poses} poses came where {due} were due; check that nothing else loads the link, then verify again"
     )]
     Missing {
         /// Poses that belong to a block of the capture.
         poses: usize,
-        /// Blocks in it.
-        blocks: usize,
+        /// Poses that the board makes in that time.
+        due: usize,
     },
     /// A pose was made with other coefficients.
     #[error(
@@ -94,12 +93,13 @@ pub enum BoardPoseError {
     },
 }
 
-/// Compares the poses that came beside `capture`, all made with `set`, with those of double precision.
+/// Compares the poses that came beside `capture`, taken at `rate_hz` and all made with `set`, with those of double
+/// precision.
 ///
 /// # Errors
 /// [`BoardPoseError`], with the first scan that is wrong.
 pub fn compare(
-    capture: &Capture,
+    (capture, rate_hz): (&Capture, u32),
     poses: &[PoseReport],
     set: &CoefficientSet,
     id: SetId,
@@ -147,12 +147,24 @@ pub fn compare(
         difference.largest_rad = difference.largest_rad.max(angle_rad);
         difference.poses += 1;
     }
-    let (poses, blocks) = (difference.poses, capture.scans.len() / BLOCK);
-    // At 1 kHz every block has a pose; some may be late while the link is busy.
-    if poses == 0 || poses < blocks / 10 * 9 {
-        return Err(BoardPoseError::Missing { poses, blocks });
+    let block = poses
+        .first()
+        .map_or(BlockSize::ThirtyTwo, |report| report.block);
+    let (poses, due) = (
+        difference.poses,
+        capture.scans.len() / scans_of_pose(block, rate_hz),
+    );
+    // Some may be late while the link is busy.
+    if poses == 0 || poses < due / 10 * 9 {
+        return Err(BoardPoseError::Missing { poses, due });
     }
     Ok(difference)
+}
+
+/// Scans from one pose to the next: a whole number of blocks that takes at least as long as a pose may.
+fn scans_of_pose(block: BlockSize, rate_hz: u32) -> usize {
+    let least = rate_hz.div_ceil(pose::MAX_RATE_HZ) as usize;
+    least.next_multiple_of(block.scans())
 }
 
 /// The block of so many scans of a capture that begins with `first_scan`, if it is there without a gap.
@@ -308,7 +320,7 @@ mod tests {
     fn single_precision_follows_a_moving_base_within_the_limit() {
         let set = set();
         let (capture, reports) = moving(&set);
-        let difference = compare(&capture, &reports, &set, ID).unwrap();
+        let difference = compare((&capture, 1_000), &reports, &set, ID).unwrap();
         assert_eq!(difference.poses, 10);
         assert!(difference.largest_m > 0.0, "{difference:?}");
         // The last block's middle is at 151.5 of 160 steps; whole counts are a hundredth of a millimetre each.
@@ -324,7 +336,7 @@ mod tests {
         let spoilt = |change: &dyn Fn(&mut Vec<PoseReport>)| {
             let mut reports = good.clone();
             change(&mut reports);
-            compare(&capture, &reports, &set, ID).unwrap_err()
+            compare((&capture, 1_000), &reports, &set, ID).unwrap_err()
         };
         let off = spoilt(&|reports| {
             let mut pose = reports[7].outcome.unwrap();
@@ -342,10 +354,7 @@ mod tests {
         });
         assert!(matches!(turned, BoardPoseError::Off { .. }), "{turned}");
         let missing = spoilt(&|reports| drop(reports.drain(..3)));
-        let expected = BoardPoseError::Missing {
-            poses: 7,
-            blocks: 10,
-        };
+        let expected = BoardPoseError::Missing { poses: 7, due: 10 };
         assert_eq!(missing, expected);
         let refused = spoilt(&|reports| reports[0].outcome = Err(PoseRefusal::Singular));
         assert!(matches!(

@@ -9,6 +9,7 @@
 //! | [`motion`] | who drives the base: a person at its controller, or the twin |
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
 //! | [`campaign`] | the folder that all this is kept in |
+//! | [`replay`] | the board's harmonic sums made again from a capture |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
 //! | [`board_pose`] | the board's own poses against double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
@@ -28,5 +29,6 @@ pub mod link;
 pub mod motion;
 pub mod plan;
 pub mod record;
+pub mod replay;
 pub mod report;
 pub mod sensor_file;

@@ -31,6 +31,9 @@ pub struct SensorFile {
     gravity_uncertainty_m_s2: Option<f64>,
     latitude_deg: Option<f64>,
     height_m: Option<f64>,
+    /// Frequencies of known disturbances, Hz; see [`SensorFile::disturbances_hz`].
+    #[serde(default = "mains")]
+    pub lines_hz: Vec<f64>,
     /// Nominal supply and reference of the converter, V.
     pub supply_v: f64,
     /// Place of the sensor block in the body frame, from O, m.
@@ -135,6 +138,9 @@ impl SensorFile {
             files::within(file, key, value, low..=high).map(drop)
         };
         sheet.gravity = sheet.gravity_of(file)?;
+        for line in &sheet.lines_hz {
+            check("lines_hz", *line, 0.1, 2_000.0)?;
+        }
         check("supply_v", sheet.supply_v, 1.7, 3.6)?;
         for (place, axis) in sheet.lever_arm_m.into_iter().zip(["x", "y", "z"]) {
             check(&format!("lever_arm_m.{axis}"), place, -20.0, 20.0)?;
@@ -206,6 +212,18 @@ impl SensorFile {
         })
     }
 
+    /// Known disturbances below half of `rate_hz`, Hz: each of `lines_hz` with its multiples up to the fifth.
+    ///
+    /// The board's harmonic sums take scans in blocks of B, and mistake a disturbance at m·rate/B ± k·f for harmonic k of
+    /// the drive f. The host chooses B such that none of these lies there; one that is not named is not avoided.
+    pub fn disturbances_hz(&self, rate_hz: u32) -> impl Iterator<Item = f64> + '_ {
+        let multiples = self
+            .lines_hz
+            .iter()
+            .flat_map(|line| (1..=MULTIPLES).map(move |multiple| f64::from(multiple) * line));
+        multiples.filter(move |line| *line < f64::from(rate_hz) / 2.0)
+    }
+
     /// Data sheet of one triad.
     #[must_use]
     pub fn triad(&self, triad: Triad) -> &TriadSheet {
@@ -229,6 +247,14 @@ impl SensorFile {
         (counts / self.counts_per_volt() - self.jacks.zero_volts) * stroke_m
             / self.jacks.full_stroke_volts
     }
+}
+
+/// Multiples of a disturbance that are reckoned with.
+const MULTIPLES: u32 = 5;
+
+/// Mains, where the file names no disturbance.
+fn mains() -> Vec<f64> {
+    vec![50.0]
 }
 
 /// Name of a triad's table in the file.
@@ -310,6 +336,23 @@ mod tests {
             line => format!("{line}\n"),
         });
         SensorFile::parse("sensors.toml", &lines.collect::<String>()).map(|file| file.gravity)
+    }
+
+    #[test]
+    fn disturbances_are_the_lines_with_their_multiples_and_mains_where_nothing_is_said() {
+        let papers = twin::papers::sensor_file(1);
+        let kept = papers.lines().filter(|line| !line.starts_with("lines_hz"));
+        let text: String = kept.flat_map(|line| [line, "\n"]).collect();
+        let disturbances = |lines: &str, rate_hz| {
+            SensorFile::parse("sensors.toml", &format!("{lines}\n{text}"))
+                .map(|file| file.disturbances_hz(rate_hz).collect::<Vec<f64>>())
+        };
+        let mains = disturbances("", 1_000).unwrap();
+        assert_eq!(mains, [50.0, 100.0, 150.0, 200.0, 250.0]);
+        let two = disturbances("lines_hz = [7.5, 400.0]", 1_000).unwrap();
+        assert_eq!(two, [7.5, 15.0, 22.5, 30.0, 37.5, 400.0]);
+        let error = disturbances("lines_hz = [50.0, -1.0]", 1_000).unwrap_err();
+        assert!(error.to_string().contains("lines_hz is -1"), "{error}");
     }
 
     #[test]

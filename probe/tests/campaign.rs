@@ -10,11 +10,9 @@ use fake::flash::Flash;
 use fake::line::lockstep;
 use fake::source::{self, Pins, Still};
 use fake::{FakeBoard, Fault};
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::Analyser;
-use hexsense::sampling::{BLOCK, BlockSums};
 use hexsense_probe::campaign::Campaign;
 use hexsense_probe::plan::Plan;
+use hexsense_probe::replay::replay;
 
 const GEOMETRY: &str = "an-74tk-200";
 const SEED: u64 = 7;
@@ -98,40 +96,17 @@ fn assert_replay(campaign: &Campaign, run: &str) {
         campaign.record(run).unwrap(),
         campaign.capture(run).unwrap(),
     );
-    let sums = record.board_sums.unwrap();
+    let [sums] = record.board_sums.as_slice() else {
+        panic!("{record:?}")
+    };
+    replay(sums, &capture).unwrap();
     let (_, sine) = campaign.plan.run(run).unwrap().single_sine().unwrap();
-    let start_s = (sums.first_scan - record.onset_scan.unwrap()) as f64 * 1e-3;
-    let length_s = f64::from(sums.drive.blocks) * BLOCK as f64 * 1e-3;
+    let period_s = 1.0 / f64::from(record.rate_hz);
+    let block_s = record.block.scans() as f64 * period_s;
+    let start_s = (sums.first_scan - record.onset_scan.unwrap()) as f64 * period_s;
+    let length_s = f64::from(sums.drive.blocks) * block_s;
     assert!(start_s > sine.fade_s && (start_s - sine.estimate_start_s()).abs() < 0.2);
-    assert!((length_s - sine.estimate_s).abs() < 0.016);
-    let start = capture
-        .scans
-        .iter()
-        .position(|scan| *scan == sums.first_scan)
-        .unwrap();
-    let mut analyser = Analyser::new();
-    analyser.start(hexsense::wire::Drive {
-        settle_blocks: 0,
-        ..sums.drive
-    });
-    for (block, scan) in capture.counts[start..]
-        .as_chunks::<BLOCK>()
-        .0
-        .iter()
-        .zip(0..)
-    {
-        analyser.take(&BlockSums::of_scans(
-            block,
-            sums.first_scan + scan * BLOCK as u64,
-        ));
-    }
-    for channel in 0..CHANNELS {
-        assert_eq!(
-            analyser.report(channel).unwrap().2,
-            sums.channels[channel],
-            "{run} {channel}"
-        );
-    }
+    assert!((length_s - sine.estimate_s).abs() <= 0.51 * block_s);
 }
 
 #[test]

@@ -47,6 +47,12 @@ impl Drive {
         Ok(())
     }
 
+    /// Drive frequency, Hz, at a scan rate of `rate_hz`.
+    #[must_use]
+    pub fn frequency_hz(&self, rate_hz: u32) -> f64 {
+        self.increment as f64 / TURN * f64::from(rate_hz)
+    }
+
     /// Radians for each scan.
     pub(super) fn omega(&self) -> f64 {
         radians(self.increment)

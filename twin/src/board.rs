@@ -112,7 +112,7 @@ const SUPPLY_TOLERANCE: f64 = 0.001;
 /// Hum, peak, of full scale.
 const HUM: f64 = 0.0005;
 /// Frequency of the mains, Hz.
-const MAINS_HZ: f64 = 50.0;
+pub const MAINS_HZ: f64 = 50.0;
 
 impl Surroundings {
     /// Draws the surroundings.

@@ -3,6 +3,7 @@
 //! Data-sheet values and tolerance classes, and the place of the sensor block as somebody measured it with a tape: the
 //! true one, uniformly wrong by up to 50 mm on each axis. Nothing else in it depends on the seed.
 
+use crate::board;
 use crate::random::Stream;
 use crate::sheet::{self, TRIADS, TriadSheet};
 use crate::truth;
@@ -33,12 +34,15 @@ fn head(seed: u64) -> String {
         "name = \"sensor block {seed}\"\n\
          gravity_m_s2 = {:?}\n\
          gravity_uncertainty_m_s2 = {:?} # 1 sigma\n\
+         # Known disturbances, Hz: mains, servos, structure. Blocks of the board's sums are chosen to keep clear of them.\n\
+         lines_hz = [{:?}]\n\
          supply_v = {:?}\n\
          # From O to the sensor block, body axes: X forward, Y up, Z right.\n\
          lever_arm_m = {:?}\n\
          lever_arm_tolerance_m = {:?}\n",
         sheet::STANDARD_GRAVITY_M_S2,
         sheet::GRAVITY_UNCERTAINTY_M_S2,
+        board::MAINS_HZ,
         sheet::SUPPLY_V,
         measured_lever_arm_m(seed),
         sheet::LEVER_ARM_TOLERANCE_M,

@@ -104,7 +104,8 @@ fn rates_are_felt_in_body_axes_as_gost_20058_has_them() {
     close3(at_origin.angular_rate, want, 1e-14, "rate");
     // On an arm along the axis of turning nothing pulls; across it, the square of the rate does.
     let arm = Vec3([want[1], -want[0], 0.0]);
-    let pull = Felt::at(&pose, &velocity, &STILL, &at(arm)).specific_force - at_origin.specific_force;
+    let pull =
+        Felt::at(&pose, &velocity, &STILL, &at(arm)).specific_force - at_origin.specific_force;
     close3(pull, (arm * -turning.dot(turning)).0, 1e-14, "pull");
 }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::ChannelSums;
+use hexsense::sampling::BlockSize;
 use hexsense::wire::Drive;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -42,14 +43,18 @@ pub struct RunRecord {
     pub program_sha256: String,
     /// Scan rate, Hz.
     pub rate_hz: u32,
+    /// Scans that the board took at a time.
+    pub block: BlockSize,
+    /// Identity of the set that was active on the board, in hexadecimal digits.
+    pub set: Option<String>,
     /// Scan at which the program seems to have started, to a tenth of a second; `None` for a rest.
     pub onset_scan: Option<u64>,
     /// Scans in the capture.
     pub scans: u64,
     /// Scans that are missing between the first and the last.
     pub scans_lost: u64,
-    /// Sums that the board kept at the drive frequency, for runs of a single sine.
-    pub board_sums: Option<BoardSums>,
+    /// Sums that the board kept, one for each frequency that it was asked for.
+    pub board_sums: Vec<BoardSums>,
 }
 
 /// Harmonic sums as the board kept them.

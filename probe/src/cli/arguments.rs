@@ -36,9 +36,19 @@ pub struct Base {
     pub geometry: String,
 }
 
+/// How fast the board scans.
+#[derive(Args)]
+pub struct Scanning {
+    /// Scans in a second: 1000, 2000 or 4000
+    #[arg(long, value_name = "HZ", default_value_t = 1_000)]
+    pub rate: u32,
+}
+
 /// What a campaign needs beside board and base.
 #[derive(Args)]
 pub struct Bench {
+    #[command(flatten)]
+    pub scanning: Scanning,
     /// What the data sheets say of the sensors, the jack transducers and the converter (TOML)
     #[arg(long, value_name = "FILE")]
     pub sensors: PathBuf,

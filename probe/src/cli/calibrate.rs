@@ -12,6 +12,7 @@ use crate::campaign::Campaign;
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::plan::{Purpose, Run, campaign};
+use crate::record::Settings;
 use crate::sensor_file::SensorFile;
 
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
@@ -20,6 +21,12 @@ use crate::sensor_file::SensorFile;
 /// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack program that
 /// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
 /// Nothing on the board changes: `hexsense upload` does that.
+///
+/// In sine runs the board sums up harmonics at the drive frequencies, in blocks of 1 to 32 scans. It would mistake a
+/// disturbance at m·RATE/BLOCK ± k·f for harmonic k of the drive f; hexsense takes the largest block that keeps every
+/// frequency in lines_hz of the sensor file (default: mains of 50 Hz), with its multiples up to the fifth, off these
+/// places. Name there what else is known to disturb: servos, structure, fans. What is not named is not avoided; the
+/// coefficients do not depend on it, as they come from the recorded scans.
 #[derive(Args)]
 pub struct Calibrate {
     #[command(flatten)]
@@ -54,13 +61,17 @@ impl Calibrate {
             );
         }
         let mut client = self.port.open()?;
-        let identity = session::ready(&mut client)?;
+        let identity = session::ready(&mut client, self.bench.scanning.rate)?;
         let mut motion = self.bench.motion()?;
         campaign.check_board(&session::board_record(&client, &identity))?;
         campaign.write()?;
         campaign.note_board(&session::board_record(&client, &identity))?;
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
-        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, false)?;
+        let settings = Settings {
+            rate_hz: self.bench.scanning.rate,
+            values: false,
+        };
+        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, settings)?;
         eprintln!("analysing");
         let (recorded, analysis) = session::analyse(&campaign)?;
         let set = CoefficientSet {

@@ -5,12 +5,14 @@
 
 mod arguments;
 mod calibrate;
+mod capture;
 mod info;
 mod kinematics;
 mod plan;
 mod report;
 mod session;
 mod show;
+mod status;
 mod upload;
 mod verify;
 
@@ -34,6 +36,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Info(info::Info),
+    Status(status::Status),
+    Capture(capture::Capture),
     Plan(plan::Plan),
     Calibrate(calibrate::Calibrate),
     Upload(upload::Upload),
@@ -47,6 +51,8 @@ enum Command {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Info(command) => command.run(),
+        Command::Status(command) => command.run(),
+        Command::Capture(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Upload(command) => command.run(),

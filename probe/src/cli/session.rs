@@ -1,6 +1,7 @@
 //! What recording commands share: the board made ready, and the runs recorded one after another.
 
-use hexsense::wire::{Identity, VERSION};
+use hexsense::sampling::BlockSize;
+use hexsense::wire::{Identity, StreamContent, VERSION, telemetry};
 
 use crate::analysis;
 use crate::analysis::results::{self, Analysis};
@@ -9,19 +10,28 @@ use crate::files;
 use crate::link::Client;
 use crate::motion::Motion;
 use crate::plan::{Purpose, Run};
-use crate::record::{self, RATE_HZ};
+use crate::record::drives::Choice;
+use crate::record::{self, Settings};
+use crate::replay::{self, replay};
 
 /// Makes sure that the board is fit to record, and says who it is.
 ///
 /// # Errors
-/// What the link reports, and a board without its crystal.
-pub fn ready(client: &mut Client) -> anyhow::Result<Identity> {
+/// What the link reports, a board without its crystal, and a rate that it does not offer.
+pub fn ready(client: &mut Client, rate_hz: u32) -> anyhow::Result<Identity> {
     let identity = client.identity()?;
     if !client.status()?.crystal {
         return Err(hexsense::wire::Refusal::NoCrystal.into());
     }
-    client.rate(RATE_HZ)?;
+    client.rate(rate_hz)?;
     Ok(identity)
+}
+
+/// Share of what the link carries of telemetry that a stream takes at most.
+#[must_use]
+pub fn link_load(content: StreamContent, rate_hz: u32, block: BlockSize) -> f64 {
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
+    f64::from(bits_per_s) / f64::from(telemetry::LIMIT_BITS_PER_S)
 }
 
 /// What the folder notes of the board.
@@ -39,23 +49,29 @@ pub fn board_record(client: &Client, identity: &Identity) -> BoardRecord {
 /// Records those of `runs` that are not recorded yet.
 ///
 /// # Errors
-/// What the first run that fails reports, with what is safe and how to go on.
+/// Before anything moves, a run that the board or the link cannot do at this rate, and one that is recorded at another;
+/// then what the first run that fails reports, with what is safe and how to go on.
 pub fn record_all(
     client: &mut Client,
     motion: &mut dyn Motion,
     campaign: &Campaign,
     runs: &[&Run],
-    values: bool,
+    settings: Settings,
 ) -> anyhow::Result<()> {
+    let choices = choices(campaign, runs, settings)?;
     for (index, run) in runs.iter().enumerate() {
         let place = format!("run {} of {}: {}", index + 1, runs.len(), run.name);
         if campaign.is_recorded(&run.name) {
-            campaign.record(&run.name)?;
             eprintln!("{place} is recorded already");
             continue;
         }
-        eprintln!("{place}, {:.0} s", run.duration_s());
-        let record = record::record(client, motion, campaign, run, values)
+        let choice = &choices[index];
+        eprintln!(
+            "{place}, {:.0} s, in blocks of {} scans",
+            run.duration_s(),
+            choice.block.scans()
+        );
+        let record = record::record(client, motion, campaign, (run, choice), settings)
             .map_err(|error| broken_off(&error.to_string(), campaign, runs, index))?;
         if record.scans_lost > 0 {
             eprintln!(
@@ -67,16 +83,52 @@ pub fn record_all(
     Ok(())
 }
 
+/// What the board will be asked for in each run.
+fn choices(campaign: &Campaign, runs: &[&Run], settings: Settings) -> anyhow::Result<Vec<Choice>> {
+    let rate_hz = settings.rate_hz;
+    for run in runs.iter().filter(|run| campaign.is_recorded(&run.name)) {
+        let recorded = campaign.record(&run.name)?.rate_hz;
+        anyhow::ensure!(
+            recorded == rate_hz,
+            "run {} is recorded at {recorded} Hz, and the runs of a campaign are analysed together: go on with \
+             --rate {recorded}, or choose another folder",
+            run.name
+        );
+    }
+    let choices = runs
+        .iter()
+        .map(|run| Choice::new(run, &campaign.sensors, rate_hz, settings.content()));
+    Ok(choices.collect::<Result<_, _>>()?)
+}
+
+/// Whether the board's sums of a run are, integer for integer, those that its capture gives; how many sums there are.
+///
+/// # Errors
+/// The first sum that differs, and scans that are missing.
+pub fn check_sums(campaign: &Campaign, run: &analysis::Run) -> anyhow::Result<usize> {
+    let sums = campaign.record(&run.name)?.board_sums;
+    for (analyser, sums) in sums.iter().enumerate() {
+        replay(sums, &run.capture)
+            .map_err(|error| anyhow::anyhow!("run {}, analyser {analyser}, {error}", run.name))?;
+    }
+    Ok(sums.len() * replay::INTEGERS)
+}
+
 /// The calibration runs of a campaign and what their analysis brings forth.
 ///
 /// # Errors
-/// A run that is not recorded, and what the analysis refuses.
+/// A run that is not recorded, what the analysis refuses, and sums of the board that its captures do not give.
 pub fn analyse(campaign: &Campaign) -> anyhow::Result<(Vec<analysis::Run>, Analysis)> {
     let runs = campaign.plan.runs_to(Purpose::Calibrate);
     let runs = runs
         .map(|run| campaign.recorded(run))
         .collect::<Result<Vec<_>, _>>()?;
     let analysis = results::analyse(&campaign.geometry, &campaign.sensors, &runs)?;
+    let mut sums = 0;
+    for run in &runs {
+        sums += check_sums(campaign, run)?;
+    }
+    eprintln!("{sums} harmonic sums of the board: each is the integer that the capture gives");
     Ok((runs, analysis))
 }
 

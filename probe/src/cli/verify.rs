@@ -15,6 +15,7 @@ use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::link::Client;
 use crate::plan::{Purpose, Run};
+use crate::record::Settings;
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
 
@@ -64,13 +65,17 @@ impl Verify {
             })?;
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let mut client = self.port.open()?;
-        let identity = session::ready(&mut client)?;
+        let identity = session::ready(&mut client, self.bench.scanning.rate)?;
         campaign.check_board(&session::board_record(&client, &identity))?;
         let id = check_active(&mut client, &ours, &campaign)?;
         let mut motion = self.bench.motion()?;
         campaign.write()?;
         campaign.forget(&run.name)?;
-        session::record_all(&mut client, motion.as_mut(), &campaign, &[run], true)?;
+        let settings = Settings {
+            rate_hz: self.bench.scanning.rate,
+            values: true,
+        };
+        session::record_all(&mut client, motion.as_mut(), &campaign, &[run], settings)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
         let since_set_s = self.bench.unix_s().saturating_sub(ours.unix_s) as f64;
         let elapsed_s = since_set_s + campaign.recorded_s()?;
@@ -106,8 +111,11 @@ fn check_poses(
     set: &CoefficientSet,
     id: SetId,
 ) -> anyhow::Result<Difference> {
-    let capture = campaign.capture(&run.name)?;
-    let difference = board_pose::compare(&capture, poses, set, id)
+    let (capture, rate_hz) = (
+        campaign.capture(&run.name)?,
+        campaign.record(&run.name)?.rate_hz,
+    );
+    let difference = board_pose::compare((&capture, rate_hz), poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
     println!(
         "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {LIMIT:.0e}",
@@ -125,7 +133,12 @@ fn judge(
     elapsed_s: f64,
 ) -> anyhow::Result<()> {
     let recorded = campaign.recorded(run)?;
-    check_replay(&recorded.capture, set, &run.name)?;
+    check_values(&recorded.capture, set, &run.name)?;
+    let sums = session::check_sums(campaign, &recorded)?;
+    eprintln!(
+        "{sums} harmonic sums of the board in run {}: likewise",
+        run.name
+    );
     let (runs, analysis) = session::analyse(campaign)?;
     let results = &analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
@@ -148,7 +161,7 @@ fn judge(
 }
 
 /// Whether the board's values are bit for bit what its counts and its set give.
-fn check_replay(capture: &Capture, set: &CoefficientSet, run: &str) -> anyhow::Result<()> {
+fn check_values(capture: &Capture, set: &CoefficientSet, run: &str) -> anyhow::Result<()> {
     let values = capture.values.as_deref().unwrap_or_default();
     if values.is_empty() {
         anyhow::bail!("run {run} holds no values made by the board; record it again");
@@ -239,10 +252,10 @@ mod tests {
             temperature_c: vec![30.0; 2],
             values: Some(values.to_vec()),
         };
-        check_replay(&capture(&values), &set, "held-out").unwrap();
+        check_values(&capture(&values), &set, "held-out").unwrap();
         values[1][4] = values[1][4].next_up();
-        let error = check_replay(&capture(&values), &set, "held-out").unwrap_err();
+        let error = check_values(&capture(&values), &set, "held-out").unwrap_err();
         assert!(error.to_string().contains("scan 8"), "{error}");
-        assert!(check_replay(&capture(&[]), &set, "held-out").is_err());
+        assert!(check_values(&capture(&[]), &set, "held-out").is_err());
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use hexsense::harmonics::ChannelSums;
+use hexsense::sampling::BlockSize;
 use hexsense::store::MAX_ENCODED;
 use hexsense::wire::message::ActiveSet;
 use hexsense::wire::telemetry::Block;
@@ -133,24 +134,29 @@ impl Client {
         self.conversation.command(&Request::Rate(hz))
     }
 
-    /// Starts harmonic sums from the next block on.
+    /// Has the board take so many scans at a time.
     ///
     /// # Errors
     /// [`LinkError`].
-    pub fn drive(&mut self, drive: Drive) -> Result<(), LinkError> {
-        self.conversation
-            .command(&Request::Drive { analyser: 0, drive })
+    pub fn block_size(&mut self, block: BlockSize) -> Result<(), LinkError> {
+        self.conversation.command(&Request::Block(block))
     }
 
-    /// Harmonic sums of one channel, 0 to 14.
+    /// Starts harmonic sums of an analyser, 0 to 2, from the next block on.
     ///
     /// # Errors
     /// [`LinkError`].
-    pub fn harmonics(&mut self, channel: u8) -> Result<HarmonicReport, LinkError> {
-        let request = Request::Harmonics {
-            analyser: 0,
-            channel,
-        };
+    pub fn drive(&mut self, analyser: u8, drive: Drive) -> Result<(), LinkError> {
+        self.conversation
+            .command(&Request::Drive { analyser, drive })
+    }
+
+    /// Harmonic sums of an analyser, 0 to 2, in one channel, 0 to 14.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn harmonics(&mut self, analyser: u8, channel: u8) -> Result<HarmonicReport, LinkError> {
+        let request = Request::Harmonics { analyser, channel };
         match self.conversation.ask(&request)? {
             Response::Harmonics {
                 state,

@@ -57,7 +57,7 @@ pub enum RecordError {
     /// The scans began anew.
     #[error(
         "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
-         at `hexsense info` for what it reports"
+         at `hexsense status` for what it reports"
     )]
     Restarted {
         /// Counter of the scan that came.
@@ -67,11 +67,14 @@ pub enum RecordError {
     },
     /// The board's sums are not there.
     #[error(
-        "the board's harmonic sums of run {run} are {state:?} at its end, not complete; repeat the run"
+        "the board's harmonic sums of run {run} at {frequency_hz} Hz are {state:?} at its end, not complete; repeat \
+         the run"
     )]
     Sums {
         /// The run.
         run: String,
+        /// Drive frequency, Hz.
+        frequency_hz: f64,
         /// How far they are.
         state: HarmonicState,
     },

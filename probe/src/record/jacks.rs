@@ -1,7 +1,7 @@
 //! Jack displacements as they come from the board, averaged so that mains hum is gone.
 //!
-//! A window is [`WINDOW`] blocks, 80 ms at 1 kHz: four whole periods of 50 Hz. What remains of noise is a hundredth of
-//! a millimetre.
+//! A window is [`WINDOW`] steps of [`STEP_MS`], 80 ms: four whole periods of 50 Hz. What remains of noise is a hundredth
+//! of a millimetre.
 
 use std::collections::VecDeque;
 
@@ -11,8 +11,10 @@ use hexsense::wire::telemetry::Block;
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
-/// Blocks of a window.
+/// Steps of a window.
 pub const WINDOW: usize = 5;
+/// Duration of a step, ms: 16 scans at 1 kHz.
+pub const STEP_MS: u32 = 16;
 
 /// Displacements of the six jacks from mid-stroke, m.
 pub type Displacements = [f64; JACKS];
@@ -22,6 +24,8 @@ pub type Displacements = [f64; JACKS];
 pub struct JackMeans {
     sensors: SensorFile,
     stroke_m: f64,
+    step: Displacements,
+    scans: usize,
     window: VecDeque<Displacements>,
 }
 
@@ -33,21 +37,29 @@ impl JackMeans {
         Self {
             sensors: sensors.clone(),
             stroke_m: base.length_max_m() - base.length_min_m(),
+            step: [0.0; JACKS],
+            scans: 0,
             window: VecDeque::with_capacity(WINDOW),
         }
     }
 
-    /// Takes a block; the mean over the window once it is full. A block without counts adds nothing.
+    /// Takes a block; the mean over the window, once it is full, whenever a step of it is complete. A block without
+    /// counts adds nothing.
     pub fn push(&mut self, block: &Block) -> Option<Displacements> {
         let counts = block.counts.as_ref()?;
         let supply = f64::from(block.header.supply);
-        let mean = |jack: usize| {
-            let of_jack = counts.iter().map(|scan| f64::from(scan[INERTIAL + jack]));
-            let mean = of_jack.sum::<f64>() / counts.len() as f64;
-            self.sensors
-                .jack_displacement_m(mean * supply, self.stroke_m)
-        };
-        let means = std::array::from_fn(mean);
+        for scan in counts {
+            for (sum, count) in self.step.iter_mut().zip(&scan[INERTIAL..]) {
+                *sum += f64::from(*count) * supply;
+            }
+        }
+        self.scans += counts.len();
+        if self.scans * 1_000 < (STEP_MS * block.header.rate_hz) as usize {
+            return None;
+        }
+        let scans = std::mem::take(&mut self.scans) as f64;
+        let means = std::mem::take(&mut self.step)
+            .map(|sum| self.sensors.jack_displacement_m(sum / scans, self.stroke_m));
         if self.window.len() == WINDOW {
             self.window.pop_front();
         }

@@ -1,9 +1,11 @@
 //! Recording one run: the stream of scans into a capture, and the board's own harmonic sums.
 //!
 //! ```text
-//! stream on ── rest seen ── controller told ── onset seen ── drive set ── … ── end + 1 s ── stream off ── sums read
+//! block set ── stream on ── rest seen ── controller told ── onset seen ── drives set ── … ── end + 1 s ── stream off ── sums read
 //! ```
 //!
+//! - [`drives`]: what the board is asked to estimate, in which blocks.
+//! - [`tape`]: the capture as it grows.
 //! - [`jacks`]: displacements of the jacks, averaged.
 //! - [`rest`]: whether the base is at home and at rest.
 //! - [`onset`]: when it begins to move.
@@ -11,34 +13,33 @@
 //! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, samples that do not come for 2 s and sums that are
 //! not complete at the end are errors that say what to check.
 
+pub mod drives;
 mod error;
 pub mod jacks;
 pub mod onset;
 pub mod rest;
-mod tape;
+pub mod tape;
 
 use std::time::Duration;
 
 use hexsense::channel::CHANNELS;
-use hexsense::harmonics::ChannelSums;
-use hexsense::sampling::{BLOCK, BlockSize};
+use hexsense::harmonics::{ChannelSums, DriveError};
 use hexsense::wire::telemetry::Block;
-use hexsense::wire::{Drive, HarmonicState, StreamContent};
+use hexsense::wire::{Drive, HarmonicState, Refusal, StreamContent};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::campaign::{BoardSums, Campaign, RunRecord};
 use crate::files::FileError;
-use crate::link::Client;
+use crate::link::{Client, LinkError};
 use crate::motion::Motion;
 use crate::plan::Run;
+use drives::{Choice, Line};
 pub use error::RecordError;
 use jacks::JackMeans;
 use onset::OnsetWatch;
 use rest::{Rest, RestWatch, Unrest};
 use tape::Tape;
 
-/// Scan rate of a campaign, Hz.
-pub const RATE_HZ: u32 = 1_000;
 /// How long the next block may take.
 const BLOCK_WAIT: Duration = Duration::from_secs(2);
 /// How long the base may take to come to rest at home before a run, s.
@@ -50,11 +51,30 @@ const AFTER_S: f64 = 1.0;
 /// Sums start so much before the settling is over, s: the onset is known to a tenth of a second, and the end of the
 /// window must not reach into the fade.
 const SUM_EARLY_S: f64 = 0.1;
-/// 2⁶⁴: one turn of the board's phase.
-const TURN: f64 = 18_446_744_073_709_551_616.0;
 
-/// Records one run of the campaign into its folder. With `values` the board's calibrated values are recorded
-/// too, and its poses wait with the client ([`Client::take_poses`]).
+/// How runs are recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Scan rate, Hz, as the board has it.
+    pub rate_hz: u32,
+    /// Whether the board's calibrated values are recorded too, and its poses left with the client
+    /// ([`Client::take_poses`]).
+    pub values: bool,
+}
+
+impl Settings {
+    /// What the board is to stream.
+    #[must_use]
+    pub const fn content(&self) -> StreamContent {
+        StreamContent {
+            counts: true,
+            values: self.values,
+            pose: self.values,
+        }
+    }
+}
+
+/// Records one run of the campaign, for which this was chosen, into the campaign's folder.
 ///
 /// # Errors
 /// [`RecordError`]. The base has then been told to return home, and the folder holds no recording of this run.
@@ -62,8 +82,8 @@ pub fn record(
     client: &mut Client,
     motion: &mut dyn Motion,
     campaign: &Campaign,
-    run: &Run,
-    values: bool,
+    (run, choice): (&Run, &Choice),
+    settings: Settings,
 ) -> Result<RunRecord, RecordError> {
     let bar = bar(run);
     let result = Recording {
@@ -71,7 +91,8 @@ pub fn record(
         motion,
         campaign,
         run,
-        values,
+        choice,
+        settings,
         bar: &bar,
     }
     .record();
@@ -89,7 +110,8 @@ struct Recording<'a> {
     motion: &'a mut dyn Motion,
     campaign: &'a Campaign,
     run: &'a Run,
-    values: bool,
+    choice: &'a Choice,
+    settings: Settings,
     bar: &'a ProgressBar,
 }
 
@@ -99,12 +121,12 @@ impl Recording<'_> {
         let program = self.campaign.program_path(self.run);
         self.motion
             .prepare(&self.run.name, moves.then_some(program.as_path()))?;
+        if self.client.status()?.block != self.choice.block {
+            self.client.block_size(self.choice.block)?;
+        }
+        let set = self.client.active_set()?.map(|set| set.id.to_string());
         self.client.forget_blocks();
-        self.client.stream(StreamContent {
-            counts: true,
-            values: self.values,
-            pose: self.values,
-        })?;
+        self.client.stream(self.settings.content())?;
         let mut tape = self.tape()?;
         let mut jacks = JackMeans::new(&self.campaign.geometry, &self.campaign.sensors);
         let rest = self.settle(&mut tape, &mut jacks)?;
@@ -113,24 +135,25 @@ impl Recording<'_> {
         } else {
             None
         };
-        let drive = match (onset_scan, self.run.single_sine()) {
-            (Some(onset), Some((_, sine))) => {
-                let start_s = sine.estimate_start_s() - SUM_EARLY_S;
-                Some(self.drive(&tape, onset, start_s, sine.frequency_hz, sine.estimate_s)?)
-            }
-            _ => None,
+        let drives = match onset_scan {
+            Some(onset) => self.drives(&tape, onset)?,
+            None => Vec::new(),
         };
         self.follow(&mut tape, onset_scan)?;
         self.client.stream(StreamContent::default())?;
-        let board_sums = drive.map(|drive| self.sums(drive)).transpose()?;
-        let (scans, scans_lost) = tape.finish()?;
+        let board_sums = (0..).zip(drives);
+        let board_sums = board_sums.map(|(analyser, drive)| self.sums(analyser, drive));
+        let board_sums = board_sums.collect::<Result<_, _>>()?;
+        let taped = tape.finish()?;
         let record = RunRecord {
             run: self.run.name.clone(),
             program_sha256: self.campaign.program_hash(self.run),
-            rate_hz: RATE_HZ,
+            rate_hz: self.settings.rate_hz,
+            block: self.choice.block,
+            set,
             onset_scan,
-            scans,
-            scans_lost,
+            scans: taped.scans,
+            scans_lost: taped.lost,
             board_sums,
         };
         self.campaign.note_run(&record)?;
@@ -142,7 +165,7 @@ impl Recording<'_> {
         let mut watch = RestWatch::new(&self.campaign.geometry);
         self.bar.set_message("at rest");
         let first = self.take(tape)?.header.first_scan;
-        let limit = first + (REST_LIMIT_S * f64::from(RATE_HZ)) as u64;
+        let limit = first + self.scans(REST_LIMIT_S);
         loop {
             let block = self.take(tape)?;
             match watch.learn(&block, jacks) {
@@ -185,7 +208,7 @@ impl Recording<'_> {
         self.motion
             .start(&self.run.name, &self.campaign.program_path(self.run))?;
         self.bar.set_message("waiting for the base to move");
-        let limit = tape.next_scan() + (ONSET_LIMIT_S * f64::from(RATE_HZ)) as u64;
+        let limit = tape.next_scan() + self.scans(ONSET_LIMIT_S);
         while tape.next_scan() < limit {
             let block = self.take(tape)?;
             if let Some(onset) = watch.watch(&block, jacks) {
@@ -197,46 +220,56 @@ impl Recording<'_> {
         })
     }
 
-    /// Has the board sum from `start_s` after the onset on, for `length_s`.
+    /// Has the board sum at each line, from a little before the line's window on.
+    fn drives(&mut self, tape: &Tape, onset: u64) -> Result<Vec<Drive>, RecordError> {
+        let lines = (0..).zip(&self.choice.lines);
+        lines
+            .map(|(analyser, line)| self.drive(analyser, line, tape, onset))
+            .collect()
+    }
+
     fn drive(
         &mut self,
+        analyser: u8,
+        line: &Line,
         tape: &Tape,
         onset: u64,
-        start_s: f64,
-        frequency_hz: f64,
-        length_s: f64,
     ) -> Result<Drive, RecordError> {
-        let rate = f64::from(RATE_HZ);
-        let blocks = |scans: f64| (scans / BLOCK as f64).round() as u32;
-        let settle = onset as f64 + start_s * rate - tape.next_scan() as f64;
-        let drive = Drive {
-            increment: (frequency_hz / rate * TURN) as u64,
-            block: BlockSize::default(),
-            settle_blocks: blocks(settle.max(0.0)),
-            blocks: blocks(length_s * rate),
-        };
-        self.client.drive(drive)?;
+        let Settings { rate_hz, .. } = self.settings;
+        let block = self.choice.block;
+        let start = onset + self.scans((line.start_s - SUM_EARLY_S).max(0.0));
+        let settle = start.saturating_sub(tape.next_scan()) as f64 / block.scans() as f64;
+        let drive = line.drive(rate_hz, block, settle.round() as u32);
+        let drive = drive.ok_or(LinkError::Refused(Refusal::Drive(DriveError::Frequency)))?;
+        self.client.drive(analyser, drive)?;
         Ok(drive)
     }
 
     /// Records to the end of the run, or for the length of a rest.
     fn follow(&mut self, tape: &mut Tape, onset_scan: Option<u64>) -> Result<(), RecordError> {
-        let scans = |seconds: f64| (seconds * f64::from(RATE_HZ)) as u64;
         let (start, length) = match onset_scan {
-            Some(onset) => (onset, scans(self.run.duration_s() + AFTER_S)),
-            None => (tape.next_scan(), scans(self.run.duration_s())),
+            Some(onset) => (onset, self.scans(self.run.duration_s() + AFTER_S)),
+            None => (tape.next_scan(), self.scans(self.run.duration_s())),
         };
         self.bar.set_message("");
         while tape.next_scan() < start + length {
             self.take(tape)?;
             let done = tape.next_scan().saturating_sub(start);
-            self.bar.set_position(done * 1000 / u64::from(RATE_HZ));
+            self.bar
+                .set_position(done * 1000 / u64::from(self.settings.rate_hz));
         }
         Ok(())
     }
 
+    fn scans(&self, seconds: f64) -> u64 {
+        (seconds * f64::from(self.settings.rate_hz)) as u64
+    }
+
     fn tape(&self) -> Result<Tape, FileError> {
-        Tape::create(&self.campaign.capture_path(&self.run.name), self.values)
+        Tape::create(
+            &self.campaign.capture_path(&self.run.name),
+            self.settings.values,
+        )
     }
 
     fn take(&mut self, tape: &mut Tape) -> Result<Block, RecordError> {
@@ -245,17 +278,18 @@ impl Recording<'_> {
         Ok(block)
     }
 
-    fn sums(&mut self, drive: Drive) -> Result<BoardSums, RecordError> {
+    fn sums(&mut self, analyser: u8, drive: Drive) -> Result<BoardSums, RecordError> {
         let mut sums = BoardSums {
             drive,
             first_scan: 0,
             channels: [ChannelSums::default(); CHANNELS],
         };
         for channel in 0..CHANNELS {
-            let report = self.client.harmonics(channel as u8)?;
+            let report = self.client.harmonics(analyser, channel as u8)?;
             if report.state != HarmonicState::Complete || report.drive != drive {
                 return Err(RecordError::Sums {
                     run: self.run.name.clone(),
+                    frequency_hz: self.choice.lines[usize::from(analyser)].frequency_hz,
                     state: report.state,
                 });
             }

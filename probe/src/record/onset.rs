@@ -12,10 +12,9 @@
 
 use hexsense::channel::JACKS;
 use hexsense::kinematics::displacements;
-use hexsense::sampling::BLOCK;
 use hexsense::wire::telemetry::Block;
 
-use super::jacks::{Displacements, JackMeans, WINDOW};
+use super::jacks::{Displacements, JackMeans, STEP_MS, WINDOW};
 use super::rest::Rest;
 use crate::geometry_file::GeometryFile;
 use crate::plan::Run;
@@ -64,8 +63,10 @@ impl OnsetWatch {
             .iter()
             .position(|now| now[jack].abs() >= moved(jack))?;
         let rate = f64::from(block.header.rate_hz);
-        let middle = block.header.first_scan + BLOCK as u64 - (WINDOW * BLOCK / 2) as u64;
-        Some(middle.saturating_sub((reached as f64 * STEP_S * rate).round() as u64))
+        let end = block.header.first_scan + u64::from(block.header.scans);
+        let half_window_s = 1e-3 * f64::from(STEP_MS) * WINDOW as f64 / 2.0;
+        let before_s = reached as f64 * STEP_S + half_window_s;
+        Some(end.saturating_sub((before_s * rate).round() as u64))
     }
 }
 
@@ -80,9 +81,10 @@ mod tests {
     use hexsense::wire::StreamContent;
     use hexsense::wire::telemetry::Header;
 
-    /// Block `index` of a base whose jacks follow `program` from scan `onset` on.
+    /// Frame `index`, of `scans` scans at `rate_hz`, of a base whose jacks follow `program` from scan `onset` on.
     fn block(
         index: u64,
+        (rate_hz, scans): (u32, u8),
         onset: u64,
         run: &Run,
         geometry: &GeometryFile,
@@ -91,9 +93,10 @@ mod tests {
         let base = &geometry.geometry;
         let stroke_m = base.length_max_m() - base.length_min_m();
         let volts_per_m = sensors.jacks.full_stroke_volts / stroke_m;
-        let scan = |row: usize| {
-            let time_s = (index * 16 + row as u64) as f64 - onset as f64;
-            let jacks = displacements(base, &run.program().pose(base, 1e-3 * time_s.max(0.0)));
+        let scan = |row: u8| {
+            let scan = index * u64::from(scans) + u64::from(row);
+            let time_s = scan.saturating_sub(onset) as f64 / f64::from(rate_hz);
+            let jacks = displacements(base, &run.program().pose(base, time_s));
             let mut scan = [0; CHANNELS];
             for (count, jack) in scan[INERTIAL..].iter_mut().zip(jacks) {
                 let volts = sensors.jacks.zero_volts + jack * volts_per_m;
@@ -102,9 +105,9 @@ mod tests {
             scan
         };
         let header = Header {
-            first_scan: index * 16,
-            scans: 16,
-            rate_hz: 1000,
+            first_scan: index * u64::from(scans),
+            scans,
+            rate_hz,
             supply: 1.0,
             temperature_c: 30.0,
             set: None,
@@ -117,7 +120,7 @@ mod tests {
         };
         Block {
             header,
-            counts: Some((0..BLOCK).map(scan).collect()),
+            counts: Some((0..scans).map(scan).collect()),
             values: None,
         }
     }
@@ -127,17 +130,21 @@ mod tests {
         let geometry = GeometryFile::load("an-74tk-200").unwrap();
         let sensors = SensorFile::parse("sensors.toml", &twin::papers::sensor_file(1)).unwrap();
         let plan = campaign::plan(&geometry).unwrap();
-        for run in plan.runs.iter().filter(|run| run.rest_s.is_none()) {
-            let onset = 3_456;
-            let blocks = |index| block(index, onset, run, &geometry, &sensors);
+        let moving = plan.runs.iter().filter(|run| run.rest_s.is_none());
+        let frames = [(1_000, 16), (1_000, 1), (2_000, 4), (4_000, 16)];
+        for (run, frame) in moving.zip(frames.into_iter().cycle()) {
+            let onset = 3 * u64::from(frame.0) + 456;
+            let blocks = |index| block(index, frame, onset, run, &geometry, &sensors);
             let mut jacks = JackMeans::new(&geometry, &sensors);
             let mut rest = RestWatch::new(&geometry);
-            let rest = (0..64).find_map(|index| rest.learn(&blocks(index), &mut jacks).unwrap());
+            let mut indices = 0_u64..;
+            let rest = indices.find_map(|index| rest.learn(&blocks(index), &mut jacks).unwrap());
             let mut watch = OnsetWatch::new(run, &geometry, rest.unwrap());
-            let found = (64..500)
+            let found = indices
                 .find_map(|index| watch.watch(&blocks(index), &mut jacks))
                 .unwrap();
-            assert!(found.abs_diff(onset) < 100, "{}: {found}", run.name);
+            let off_s = found.abs_diff(onset) as f64 / f64::from(frame.0);
+            assert!(off_s < 0.1, "{}, {frame:?}: {off_s} s", run.name);
         }
     }
 
@@ -150,8 +157,11 @@ mod tests {
         let mut jacks = JackMeans::new(&geometry, &sensors);
         let mut rest = RestWatch::new(&geometry);
         let unrest = (0..64).find_map(|index| {
-            rest.learn(&block(index, 0, heave, &geometry, &sensors), &mut jacks)
-                .err()
+            rest.learn(
+                &block(index, (1_000, 16), 0, heave, &geometry, &sensors),
+                &mut jacks,
+            )
+            .err()
         });
         assert!(matches!(unrest, Some(Unrest::Moving { moved_m, .. }) if moved_m > 0.01));
     }

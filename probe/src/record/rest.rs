@@ -7,7 +7,7 @@ use hexsense::wire::telemetry::Block;
 use super::jacks::{Displacements, JackMeans};
 use crate::geometry_file::GeometryFile;
 
-/// Windows that are compared: one second at 1 kHz.
+/// Windows that are compared: one second of them.
 const WINDOWS: usize = 60;
 /// Most that windows may differ at rest, m. Noise makes a hundredth of a millimetre.
 const REST_LIMIT_M: f64 = 0.000_5;

@@ -11,9 +11,28 @@ use crate::files::FileError;
 /// What has been written so far.
 pub struct Tape {
     writer: CaptureWriter,
-    first_scan: Option<u64>,
     next_scan: u64,
-    scans: u64,
+    taped: Taped,
+}
+
+/// What is in a complete capture, and what is missing from it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Taped {
+    /// Scans in the capture.
+    pub scans: u64,
+    /// Scans that are missing between the first and the last.
+    pub lost: u64,
+    /// Where they are missing.
+    pub gaps: Vec<Missing>,
+}
+
+/// A stretch of scans that did not arrive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Missing {
+    /// Counter of the first of them.
+    pub first_scan: u64,
+    /// How many they are.
+    pub scans: u64,
 }
 
 impl Tape {
@@ -24,9 +43,8 @@ impl Tape {
     pub fn create(path: &Path, values: bool) -> Result<Self, FileError> {
         Ok(Self {
             writer: CaptureWriter::create(path, values)?,
-            first_scan: None,
             next_scan: 0,
-            scans: 0,
+            taped: Taped::default(),
         })
     }
 
@@ -42,10 +60,17 @@ impl Tape {
                 expected: self.next_scan,
             });
         }
-        self.first_scan.get_or_insert(scan);
+        if self.taped.scans > 0 && scan > self.next_scan {
+            let missing = Missing {
+                first_scan: self.next_scan,
+                scans: scan - self.next_scan,
+            };
+            self.taped.lost += missing.scans;
+            self.taped.gaps.push(missing);
+        }
         let scans = u64::from(block.header.scans);
         self.next_scan = scan + scans;
-        self.scans += scans;
+        self.taped.scans += scans;
         Ok(self.writer.push(block)?)
     }
 
@@ -54,13 +79,12 @@ impl Tape {
         self.next_scan
     }
 
-    /// Completes the capture; the scans that are in it, and those that are missing.
+    /// Completes the capture; what is in it.
     ///
     /// # Errors
     /// [`FileError::Write`].
-    pub fn finish(self) -> Result<(u64, u64), FileError> {
+    pub fn finish(self) -> Result<Taped, FileError> {
         self.writer.finish()?;
-        let first_scan = self.first_scan.unwrap_or(self.next_scan);
-        Ok((self.scans, self.next_scan - first_scan - self.scans))
+        Ok(self.taped)
     }
 }

@@ -13,12 +13,13 @@
 //! | accelerometers on the holds | [`holds`] |
 //! | the place of the sensor block, checked | [`lever_arm`] |
 //! | sensor signals with the fitted harmonics | [`signals`] |
-//! | the board's own harmonics beside the host's | [`board_sums`] |
+//! | the board's own harmonics beside the host's | [`board_sums`], [`board_gain`] |
 //! | the motion system: command to pose | [`motion`] |
 //!
 //! Below them: [`page`] makes the file, [`drawing`], [`pair`], [`scale`] and [`curve`] the figures, [`number`] the digits.
 
 pub mod base;
+pub mod board_gain;
 pub mod board_sums;
 pub mod budgets;
 pub mod channels;
@@ -107,7 +108,7 @@ pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
     holds::section(&mut page, input)?;
     lever_arm::section(&mut page, input);
     signals::section(&mut page, input)?;
-    board_sums::section(&mut page, input);
+    board_sums::section(&mut page, input)?;
     motion::section(&mut page, input)?;
     let title = format!("Calibration report, {}", input.campaign.geometry.name);
     Ok(page.finish(&title, &conditions::head(input)?))

@@ -10,9 +10,6 @@ use hexsense_probe::link::{Transport, TransportError};
 use super::FakeBoard;
 use super::source;
 
-/// Time of one block.
-const BLOCK: Duration = Duration::from_millis(16);
-
 /// A board on a line without a wire; its clock goes on while the host reads.
 pub struct Line {
     pub board: Arc<Mutex<FakeBoard>>,
@@ -42,7 +39,7 @@ impl Transport for Line {
         let mut board = self.board.lock().unwrap();
         let deadline = self.now + timeout;
         while self.waiting.is_empty() && !board.cut && self.now < deadline {
-            self.now += BLOCK;
+            self.now += board.block_time();
             self.waiting.extend(board.block().unwrap_or_default());
         }
         if board.cut {
@@ -93,7 +90,7 @@ fn serve(mut stream: TcpStream, board: &mut FakeBoard, now: &mut Duration) -> st
         let mut out = board.take(&bytes);
         let end = *now + Duration::from_micros(run_us.into());
         while out.is_empty() && *now < end && !board.cut {
-            *now += BLOCK;
+            *now += board.block_time();
             out = board.block().unwrap_or_default();
         }
         if board.cut {

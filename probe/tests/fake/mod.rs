@@ -8,27 +8,29 @@ pub mod line;
 pub mod set;
 pub mod source;
 
+use std::time::Duration;
+
 use embassy_futures::block_on;
 use hexsense::channel::Scan;
-use hexsense::harmonics::{Analyser, ChannelSums};
+use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums};
 use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
+use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
 use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
 use hexsense::wire::message::{
     ActiveSet, CHUNK, PathCycles, ResetCause, decode_request, encode_response,
 };
-use hexsense::wire::telemetry::{self, Header, Samples};
+use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{
-    BoardPose, Drive, HarmonicState, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
-    Response, Status, StreamContent, VERSION, pose,
+    BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
+    StreamContent, VERSION, pose,
 };
 
 use flash::Flash;
 use source::Source;
 
-/// Scans of one second.
+/// Scans of one second after the start.
 pub const RATE_HZ: u32 = 1_000;
 
 /// What goes wrong, counted in requests from 1.
@@ -71,9 +73,12 @@ pub struct FakeBoard {
     active: Option<(ActiveSet, CoefficientSet, Vec<u8>)>,
     tracker: Option<Tracker<f32>>,
     upload: Option<(u16, SetId, Vec<u8>)>,
-    analyser: Analyser,
+    analysers: [Analyser; ANALYSERS],
     stream: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
     blocks: u64,
+    scans: u64,
 }
 
 impl FakeBoard {
@@ -95,9 +100,12 @@ impl FakeBoard {
             active: None,
             tracker: None,
             upload: None,
-            analyser: Analyser::new(),
+            analysers: Default::default(),
             stream: StreamContent::default(),
+            rate_hz: RATE_HZ,
+            block: BlockSize::default(),
             blocks: 0,
+            scans: 0,
         };
         board.load();
         board
@@ -109,8 +117,9 @@ impl FakeBoard {
         self.cut = false;
         self.stream = StreamContent::default();
         self.upload = None;
-        self.analyser = Analyser::new();
-        self.blocks = 0;
+        self.analysers = Default::default();
+        (self.rate_hz, self.block) = (RATE_HZ, BlockSize::default());
+        (self.blocks, self.scans) = (0, 0);
         self.load();
     }
 
@@ -153,13 +162,22 @@ impl FakeBoard {
         out
     }
 
-    /// Lets 16 scans pass; the frame that is sent, if the board streams.
+    /// Time of one block.
+    pub fn block_time(&self) -> Duration {
+        Duration::from_micros(1_000_000 / u64::from(self.rate_hz)) * self.block.scans() as u32
+    }
+
+    /// Lets a block pass; the frames that are sent, if the board streams.
     pub fn block(&mut self) -> Option<Vec<u8>> {
-        let first_scan = self.blocks * BLOCK as u64;
+        let first_scan = self.scans;
         self.blocks += 1;
+        self.scans += self.block.scans() as u64;
         self.cut |= matches!(self.fault, Fault::CutAfterBlocks(blocks) if self.blocks > blocks);
-        let scans: [Scan; BLOCK] = std::array::from_fn(|_| self.source.scan());
-        self.analyser.take(&BlockSums::of_scans(&scans, first_scan));
+        let scans = 0..self.block.scans();
+        let scans: Vec<Scan> = scans.map(|_| self.source.scan(self.rate_hz)).collect();
+        for analyser in &mut self.analysers {
+            analyser.take(&BlockSums::of_scans(&scans, first_scan));
+        }
         let silent = matches!(self.fault, Fault::SilentFrom(from) if self.requests >= from);
         let lost = self.lose_blocks.contains(&self.blocks);
         if silent || lost {
@@ -168,7 +186,10 @@ impl FakeBoard {
         let supply = self.source.supply();
         let mut frames = Vec::new();
         if self.stream.has_blocks() {
-            frames.extend(self.block_frame(&scans, first_scan, supply));
+            let first_scans = (first_scan..).step_by(MOST_SCANS);
+            for (scans, first_scan) in scans.chunks(MOST_SCANS).zip(first_scans) {
+                frames.extend(self.block_frame(scans, first_scan, supply));
+            }
         }
         if self.stream.pose {
             frames.extend(self.pose_frame(&JackBlock::new(first_scan, supply, &scans).unwrap()));
@@ -176,15 +197,30 @@ impl FakeBoard {
         (!frames.is_empty()).then_some(frames)
     }
 
-    fn block_frame(&self, scans: &[Scan; BLOCK], first_scan: u64, supply: f32) -> Vec<u8> {
-        let values = match &self.active {
-            Some((_, set, _)) => scans.map(|scan| Calibrator::new(set).apply(&scan, supply)),
-            None => [[0.0; 9]; BLOCK],
+    fn block_frame(&self, scans: &[Scan], first_scan: u64, supply: f32) -> Vec<u8> {
+        let active = self.active.as_ref();
+        let calibrator = active.map(|(_, set, _)| Calibrator::new(set));
+        let value = |scan| {
+            calibrator
+                .as_ref()
+                .map(|calibrator| calibrator.apply(scan, supply))
         };
+        let values: Vec<Values> = scans
+            .iter()
+            .map(|scan| value(scan).unwrap_or_default())
+            .collect();
+        let inertial: Vec<_> = scans
+            .iter()
+            .map(|scan| *scan.first_chunk().unwrap())
+            .collect();
+        let jacks: Vec<_> = scans
+            .iter()
+            .map(|scan| *scan.last_chunk().unwrap())
+            .collect();
         let header = Header {
             first_scan,
-            scans: BLOCK as u8,
-            rate_hz: RATE_HZ,
+            scans: scans.len() as u8,
+            rate_hz: self.rate_hz,
             supply,
             temperature_c: 31.5,
             set: self.active.as_ref().map(|(active, ..)| active.id),
@@ -193,8 +229,8 @@ impl FakeBoard {
         };
         let mut buffer = [0; MAX_FRAME];
         let samples = Samples {
-            inertial: &scans.map(|scan| *scan.first_chunk().unwrap()),
-            jacks: &scans.map(|scan| *scan.last_chunk().unwrap()),
+            inertial: &inertial,
+            jacks: &jacks,
             values: &values,
         };
         let length = telemetry::encode(&header, samples, self.blocks as u16, &mut buffer);
@@ -257,15 +293,37 @@ impl FakeBoard {
             {
                 return Err(Refusal::NoSet);
             }
-            Request::Stream(content) => self.stream = content,
-            Request::Rate(RATE_HZ) => self.analyser = Analyser::new(),
-            Request::Rate(hz) => return Err(Refusal::Rate { hz }),
-            Request::Block(_) => self.analyser = Analyser::new(),
-            Request::Drive { drive, .. } => {
-                drive.check().map_err(Refusal::Drive)?;
-                self.analyser.start(drive);
+            Request::Stream(content) => {
+                carried(content, self.rate_hz, self.block)?;
+                self.stream = content;
             }
-            Request::Harmonics { channel, .. } => return Ok(self.harmonics(channel)),
+            Request::Rate(hz) if !RATES_HZ.contains(&hz) => return Err(Refusal::Rate { hz }),
+            Request::Rate(hz) => {
+                carried(self.stream, hz, self.block)?;
+                (self.rate_hz, self.analysers) = (hz, Default::default());
+            }
+            Request::Block(block) => {
+                carried(self.stream, self.rate_hz, block)?;
+                (self.block, self.analysers) = (block, Default::default());
+            }
+            Request::Drive { analyser, drive } => {
+                drive.check().map_err(Refusal::Drive)?;
+                if drive.block != self.block {
+                    return Err(Refusal::OtherBlock {
+                        drive: drive.block.scans() as u8,
+                        board: self.block.scans() as u8,
+                    });
+                }
+                let refusal = Refusal::Analyser { analyser };
+                let analyser = self
+                    .analysers
+                    .get_mut(usize::from(analyser))
+                    .ok_or(refusal)?;
+                analyser.start(drive);
+            }
+            Request::Harmonics { analyser, channel } => {
+                return Ok(harmonics(&self.analysers[usize::from(analyser)], channel));
+            }
             Request::ActiveSet => {
                 return Ok(Response::ActiveSet(
                     self.active.as_ref().map(|(active, ..)| *active),
@@ -328,41 +386,21 @@ impl FakeBoard {
         self.tracker = sets.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
     }
 
-    fn harmonics(&self, channel: u8) -> Response {
-        let idle = (
-            Drive {
-                increment: 0,
-                block: BlockSize::default(),
-                settle_blocks: 0,
-                blocks: 0,
-            },
-            0,
-            ChannelSums::default(),
-        );
-        let (drive, first_scan, sums) = self.analyser.report(channel.into()).unwrap_or(idle);
-        Response::Harmonics {
-            state: self.analyser.state(),
-            drive,
-            first_scan,
-            sums,
-        }
-    }
-
     fn status(&self) -> Status {
         Status {
-            uptime_ms: self.blocks * 16,
-            rate_hz: RATE_HZ,
-            scans: self.blocks * BLOCK as u64,
-            block: BlockSize::default(),
+            uptime_ms: self.scans * 1_000 / u64::from(self.rate_hz),
+            rate_hz: self.rate_hz,
+            scans: self.scans,
+            block: self.block,
             scans_lost: 0,
             first_lost_scan: None,
             faults: 0,
-            path_cycles: PathCycles::default(),
-            analysers: [
-                self.analyser.state(),
-                HarmonicState::Idle,
-                HarmonicState::Idle,
-            ],
+            path_cycles: PathCycles {
+                min: 4_400,
+                max: 4_800,
+                last: 4_500,
+            },
+            analysers: self.analysers.each_ref().map(Analyser::state),
             blocks_dropped: 0,
             frames_damaged: 0,
             crystal: self.crystal,
@@ -373,4 +411,34 @@ impl FakeBoard {
             panic: None,
         }
     }
+}
+
+fn harmonics(analyser: &Analyser, channel: u8) -> Response {
+    let idle = (
+        Drive {
+            increment: 0,
+            block: BlockSize::default(),
+            settle_blocks: 0,
+            blocks: 0,
+        },
+        0,
+        ChannelSums::default(),
+    );
+    let (drive, first_scan, sums) = analyser.report(channel.into()).unwrap_or(idle);
+    Response::Harmonics {
+        state: analyser.state(),
+        drive,
+        first_scan,
+        sums,
+    }
+}
+
+/// Refuses what the link does not carry.
+fn carried(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
+    let limit = telemetry::LIMIT_BITS_PER_S;
+    if bits_per_s > limit {
+        return Err(Refusal::LinkCapacity { bits_per_s, limit });
+    }
+    Ok(())
 }

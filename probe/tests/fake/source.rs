@@ -9,8 +9,8 @@ use twin::serve::Twin;
 
 /// A source of scans.
 pub trait Source: Send {
-    /// The next scan, 1 ms after the last.
-    fn scan(&mut self) -> Scan;
+    /// The next scan, one period after the last.
+    fn scan(&mut self, rate_hz: u32) -> Scan;
     /// Supply factor.
     fn supply(&self) -> f32 {
         1.0
@@ -25,7 +25,7 @@ pub trait Source: Send {
 pub struct Still;
 
 impl Source for Still {
-    fn scan(&mut self) -> Scan {
+    fn scan(&mut self, _rate_hz: u32) -> Scan {
         [32_768; CHANNELS]
     }
 }
@@ -35,7 +35,8 @@ pub struct Pins {
     stream: BufReader<TcpStream>,
     columns: usize,
     chunk: Vec<f32>,
-    row: usize,
+    /// Quarters of a millisecond in the chunk.
+    place: usize,
     uid: [u8; 12],
     supply: f32,
 }
@@ -53,7 +54,7 @@ impl Pins {
             stream,
             columns,
             chunk: Vec::new(),
-            row: usize::MAX,
+            place: usize::MAX,
             uid: hexsense_probe::files::from_hex(uid).unwrap(),
             supply: 1.0,
         }
@@ -69,17 +70,18 @@ impl Pins {
             .iter()
             .map(|bytes| f32::from_le_bytes(*bytes))
             .collect();
-        self.row = 0;
+        self.place = 0;
     }
 }
 
 impl Source for Pins {
-    fn scan(&mut self) -> Scan {
-        if self.row >= 40 {
+    fn scan(&mut self, rate_hz: u32) -> Scan {
+        // A row is half a millisecond, and 40 of them are new in a chunk.
+        if self.place >= 80 {
             self.next_chunk();
         }
-        let row = &self.chunk[self.row * self.columns..][..self.columns];
-        self.row += 2;
+        let row = &self.chunk[self.place / 2 * self.columns..][..self.columns];
+        self.place += (4_000 / rate_hz) as usize;
         let supply_v = row[self.columns - 1];
         self.supply = supply_v / 3.3;
         std::array::from_fn(|channel| {

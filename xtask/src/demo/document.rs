@@ -9,7 +9,7 @@ use hexsense_probe::analysis::results::Measured;
 use serde::Serialize;
 
 use super::Arguments;
-use super::judgement::{Judged, Samples, truths};
+use super::judgement::{Judged, Replay, Samples, truths};
 use super::story::Told;
 
 /// The whole result.
@@ -21,6 +21,8 @@ pub struct Document {
     held_out: Vec<ChannelVerdict>,
     power_cycle: PowerCycle,
     samples: Samples,
+    replay_equal: bool,
+    replay: Replay,
     wall_seconds: f64,
 }
 
@@ -98,6 +100,8 @@ impl Document {
                 identical,
             },
             samples: judged.samples,
+            replay_equal: judged.replay.holds(),
+            replay: judged.replay,
             wall_seconds: wall.as_secs_f64(),
         })
     }
@@ -110,9 +114,11 @@ impl Document {
         )?)
     }
 
-    /// Whether the set came back, nothing was lost and every channel passed on the held-out movement.
+    /// Whether the set came back, nothing was lost, the captures give what the board computed, and every channel passed
+    /// on the held-out movement.
     pub fn holds(&self) -> bool {
         self.power_cycle.identical
+            && self.replay_equal
             && self.samples.lost == 0
             && self.held_out.iter().all(ChannelVerdict::passes)
     }
@@ -176,6 +182,14 @@ impl Document {
         writeln!(
             text,
             "\nPower cycle: set {uploaded_id} was uploaded, set {read_back_id} came back: {same}."
+        )?;
+        let Replay { sums, values, .. } = self.replay;
+        let equal = |equal| if equal { "equal" } else { "NOT EQUAL" };
+        writeln!(
+            text,
+            "Replay of the captures: {sums} harmonic sums of the board {}, {values} values {}, to the last bit.",
+            equal(self.replay.sums_equal),
+            equal(self.replay.values_equal)
         )?;
         writeln!(
             text,

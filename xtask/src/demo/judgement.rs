@@ -2,11 +2,14 @@
 
 use anyhow::{Context, ensure};
 use hexsense::channel::{INERTIAL, JACKS, NAMES};
+use hexsense::sampling::Calibrator;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
 use hexsense_probe::analysis::results::Results;
 use hexsense_probe::campaign::Campaign;
+use hexsense_probe::coefficient_file;
 use hexsense_probe::plan::Purpose;
+use hexsense_probe::replay::{INTEGERS, replay};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -21,6 +24,21 @@ pub struct Judged {
     pub held_out: Vec<ChannelVerdict>,
     /// Scans taken and lost in all runs.
     pub samples: Samples,
+    /// What the host computed again from the captures.
+    pub replay: Replay,
+}
+
+/// What the host computed again from the captures, bit for bit.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Replay {
+    /// Harmonic sums that the board reported in all runs.
+    pub sums: usize,
+    /// Whether the captures give every one of them.
+    pub sums_equal: bool,
+    /// Calibrated values that the board streamed on the held-out movement.
+    pub values: usize,
+    /// Whether its counts and its set give every one of them.
+    pub values_equal: bool,
 }
 
 /// Scans of all runs.
@@ -30,6 +48,13 @@ pub struct Samples {
     pub taken: u64,
     /// Scans that the board or the link lost.
     pub lost: u64,
+}
+
+impl Replay {
+    /// Whether there was something to compare, and all of it is equal.
+    pub fn holds(&self) -> bool {
+        self.sums > 0 && self.sums_equal && self.values > 0 && self.values_equal
+    }
 }
 
 /// Compares what the host tool found with what the twin knows.
@@ -51,6 +76,30 @@ pub fn judge(told: &Told) -> anyhow::Result<Judged> {
         results,
         held_out,
         samples: samples(&campaign)?,
+        replay: replay_all(&campaign, &run)?,
+    })
+}
+
+/// Sums the captures again, and calibrates the counts of the held-out run again.
+fn replay_all(campaign: &Campaign, held_out: &Run) -> anyhow::Result<Replay> {
+    let (mut sums, mut sums_equal) = (0, true);
+    for run in &campaign.plan.runs {
+        let capture = campaign.capture(&run.name)?;
+        for board in &campaign.record(&run.name)?.board_sums {
+            sums += INTEGERS;
+            sums_equal &= replay(board, &capture).is_ok();
+        }
+    }
+    let set = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
+    let (calibrator, capture) = (Calibrator::new(&set), &held_out.capture);
+    let values = capture.values.as_deref().unwrap_or_default();
+    let scans = capture.counts.iter().zip(&capture.supply);
+    let ours = scans.map(|(scan, supply)| calibrator.apply(scan, *supply).map(f32::to_bits));
+    Ok(Replay {
+        sums,
+        sums_equal,
+        values: values.len() * INERTIAL,
+        values_equal: ours.eq(values.iter().map(|values| values.map(f32::to_bits))),
     })
 }
 

@@ -1,0 +1,300 @@
+//! `hexsense status`: how the board is.
+
+use clap::Args;
+use hexsense::sampling::NOMINAL_SUPPLY_V;
+use hexsense::wire::message::{ActiveSet, PathCycles};
+use hexsense::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
+use serde_json::{Value, json};
+
+use super::arguments::Port;
+use super::session::link_load;
+use crate::link::client::HarmonicReport;
+use crate::link::{Client, LinkError};
+
+/// Clock of the board's core, Hz: what the cycles of the sample path are counted at.
+const CORE_HZ: f64 = 150e6;
+
+/// Print how the board is: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
+/// temperature, active set, last panic.
+///
+/// The board counts the core cycles that the sample path takes for each block, from the first half-filled ring to sums
+/// and values; least, most and latest since the converters were last started are printed, with the time at 150 MHz and
+/// the share of a block's duration. Asking stops a stream that is under way, and nothing else.
+#[derive(Args)]
+pub struct Status {
+    #[command(flatten)]
+    port: Port,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Status {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// What the link reports.
+    pub fn run(self) -> anyhow::Result<()> {
+        let reading = Reading::take(&mut self.port.open()?)?;
+        if self.json {
+            println!("{}", reading.to_json());
+        } else {
+            print!("{}", reading.table());
+        }
+        Ok(())
+    }
+}
+
+/// What was asked of the board.
+struct Reading {
+    status: BoardStatus,
+    active: Option<ActiveSet>,
+    analysers: Vec<HarmonicReport>,
+}
+
+/// The streams whose share of the link is printed.
+const STREAMS: [(&str, StreamContent); 3] = [
+    ("counts", stream(true, false, false)),
+    ("counts and values", stream(true, true, false)),
+    ("counts, values and pose", stream(true, true, true)),
+];
+
+const fn stream(counts: bool, values: bool, pose: bool) -> StreamContent {
+    StreamContent {
+        counts,
+        values,
+        pose,
+    }
+}
+
+impl Reading {
+    fn take(client: &mut Client) -> Result<Self, LinkError> {
+        let status = client.status()?;
+        let analysers = 0..status.analysers.len() as u8;
+        let analysers = analysers.map(|analyser| client.harmonics(analyser, 0));
+        Ok(Self {
+            analysers: analysers.collect::<Result<_, _>>()?,
+            active: client.active_set()?,
+            status,
+        })
+    }
+
+    fn table(&self) -> String {
+        let status = &self.status;
+        let mut lines = vec![
+            ("uptime", format!("{:.1} s", seconds(status))),
+            (
+                "scans",
+                format!(
+                    "{} at {} Hz in blocks of {}",
+                    status.scans,
+                    status.rate_hz,
+                    status.block.scans()
+                ),
+            ),
+            ("lost", self.lost()),
+            ("sample path", self.path()),
+        ];
+        for (number, analyser) in self.analysers.iter().enumerate() {
+            lines.push((ANALYSER[number.min(2)], self.analyser(analyser)));
+        }
+        lines.extend([
+            ("link", self.link()),
+            ("clock", clock(status).to_owned()),
+            ("supply", format!("{:.3} V", supply_v(status))),
+            ("temperature", self.temperature()),
+        ]);
+        if let Some([roll, pitch]) = status.tilt_approximate_rad {
+            let (roll, pitch) = (roll.to_degrees(), pitch.to_degrees());
+            lines.push(("tilt, rough", format!("roll {roll:.1}°, pitch {pitch:.1}°")));
+        }
+        let set = match self.active {
+            Some(set) => format!("set {}, commit {}", set.id, set.sequence),
+            None => "none; calibrate and upload a set".to_owned(),
+        };
+        lines.push(("coefficients", set));
+        let panic = status.panic.as_deref().unwrap_or("none");
+        lines.push(("last panic", panic.to_owned()));
+        let row = |(name, text): (&str, String)| format!("{name:<14} {text}\n");
+        lines.into_iter().map(row).collect()
+    }
+
+    fn lost(&self) -> String {
+        let status = &self.status;
+        let first = status
+            .first_lost_scan
+            .map_or(String::new(), |scan| format!(", the first was scan {scan}"));
+        format!(
+            "{} scans{first}; converters started anew {} times after a fault",
+            status.scans_lost, status.faults
+        )
+    }
+
+    fn path(&self) -> String {
+        let PathCycles { min, max, last } = self.status.path_cycles;
+        if max == 0 {
+            return "not measured yet".to_owned();
+        }
+        let one = |cycles: u32| format!("{cycles} cycles ({:.1} µs)", micros(cycles));
+        format!(
+            "{} to {}, latest {}; at most {:.2} % of a block's {:.1} ms",
+            one(min),
+            one(max),
+            one(last),
+            percent(self.block_share(max)),
+            1e3 * self.block_s()
+        )
+    }
+
+    /// Duration of a block, s.
+    fn block_s(&self) -> f64 {
+        self.status.block.scans() as f64 / f64::from(self.status.rate_hz.max(1))
+    }
+
+    fn block_share(&self, cycles: u32) -> f64 {
+        f64::from(cycles) / CORE_HZ / self.block_s()
+    }
+
+    fn analyser(&self, report: &HarmonicReport) -> String {
+        let frequency = format!("{:.6} Hz", self.frequency_hz(report));
+        match report.state {
+            HarmonicState::Idle => "idle".to_owned(),
+            state => format!(
+                "{frequency}, {}, {} of {} blocks left",
+                state_name(state),
+                self.blocks_left(report),
+                report.drive.blocks
+            ),
+        }
+    }
+
+    fn frequency_hz(&self, report: &HarmonicReport) -> f64 {
+        report.drive.frequency_hz(self.status.rate_hz)
+    }
+
+    /// Blocks that are still to be summed.
+    fn blocks_left(&self, report: &HarmonicReport) -> u64 {
+        let (status, blocks) = (&self.status, u64::from(report.drive.blocks));
+        let next_scan = status.scans + status.scans_lost;
+        match report.state {
+            HarmonicState::Idle | HarmonicState::Complete => 0,
+            HarmonicState::Settling => blocks,
+            HarmonicState::Summing => {
+                let taken = next_scan.saturating_sub(report.first_scan);
+                blocks.saturating_sub(taken / report.drive.block.scans() as u64)
+            }
+        }
+    }
+
+    fn link(&self) -> String {
+        let status = &self.status;
+        let loads = STREAMS.map(|(name, content)| match self.load(content) {
+            load if load > 1.0 => format!("{name} do not fit"),
+            load => format!("{name} take {:.0} %", percent(load)),
+        });
+        format!(
+            "of {:.1} Mbit/s for telemetry, {}; {} blocks dropped, {} damaged frames",
+            f64::from(telemetry::LIMIT_BITS_PER_S) * 1e-6,
+            loads.join(", "),
+            status.blocks_dropped,
+            status.frames_damaged
+        )
+    }
+
+    /// Share of the link's capacity that a stream takes at the board's rate and block.
+    fn load(&self, content: StreamContent) -> f64 {
+        link_load(content, self.status.rate_hz, self.status.block)
+    }
+
+    fn temperature(&self) -> String {
+        let range = match (&self.active, self.status.in_calibrated_range) {
+            (None, _) => "",
+            (Some(_), true) => ", within 10 K of the calibration",
+            (Some(_), false) => ", more than 10 K from the calibration: calibrate again",
+        };
+        format!("{:.1} °C{range}", self.status.temperature_c)
+    }
+
+    fn to_json(&self) -> Value {
+        let status = &self.status;
+        let PathCycles { min, max, last } = status.path_cycles;
+        let cycles = |cycles: u32| {
+            json!({
+                "cycles": cycles,
+                "us": micros(cycles),
+                "block_percent": percent(self.block_share(cycles)),
+            })
+        };
+        let analysers = self.analysers.iter().map(|report| {
+            let idle = report.state == HarmonicState::Idle;
+            json!({
+                "state": state_name(report.state),
+                "frequency_hz": (!idle).then(|| self.frequency_hz(report)),
+                "blocks": report.drive.blocks,
+                "blocks_left": self.blocks_left(report),
+            })
+        });
+        let loads =
+            STREAMS.map(|(name, content)| (name.to_owned(), percent(self.load(content)).into()));
+        json!({
+            "uptime_s": seconds(status),
+            "rate_hz": status.rate_hz,
+            "block": status.block.scans(),
+            "scans": status.scans,
+            "scans_lost": status.scans_lost,
+            "first_lost_scan": status.first_lost_scan,
+            "faults": status.faults,
+            "sample_path": {"min": cycles(min), "max": cycles(max), "last": cycles(last)},
+            "analysers": analysers.collect::<Vec<_>>(),
+            "link": {
+                "limit_bits_per_s": telemetry::LIMIT_BITS_PER_S,
+                "load_percent": Value::Object(loads.into_iter().collect()),
+                "blocks_dropped": status.blocks_dropped,
+                "frames_damaged": status.frames_damaged,
+            },
+            "clock": if status.crystal { "crystal" } else { "internal" },
+            "supply_v": supply_v(status),
+            "temperature_c": status.temperature_c,
+            "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
+            "tilt_approximate_rad": status.tilt_approximate_rad,
+            "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
+            "panic": status.panic.as_deref(),
+        })
+    }
+}
+
+/// Names of the analysers' lines.
+const ANALYSER: [&str; 3] = ["analyser 0", "analyser 1", "analyser 2"];
+
+fn seconds(status: &BoardStatus) -> f64 {
+    status.uptime_ms as f64 / 1e3
+}
+
+fn supply_v(status: &BoardStatus) -> f32 {
+    status.supply * NOMINAL_SUPPLY_V
+}
+
+fn clock(status: &BoardStatus) -> &'static str {
+    if status.crystal {
+        "crystal"
+    } else {
+        "internal oscillator, about 1 % off: not fit to calibrate"
+    }
+}
+
+fn micros(cycles: u32) -> f64 {
+    1e6 * f64::from(cycles) / CORE_HZ
+}
+
+fn percent(share: f64) -> f64 {
+    100.0 * share
+}
+
+fn state_name(state: HarmonicState) -> &'static str {
+    match state {
+        HarmonicState::Idle => "idle",
+        HarmonicState::Settling => "settling",
+        HarmonicState::Summing => "summing",
+        HarmonicState::Complete => "complete",
+    }
+}

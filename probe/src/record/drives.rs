@@ -1,0 +1,477 @@
+//! What the board is asked to estimate in a run: up to three drive frequencies, and one block for all of them.
+//!
+//! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work and the link
+//! fewer frames. From above it is limited as told in [`hexsense::harmonics::choice`]: the fifth harmonic may turn by a
+//! tenth of a turn in a block, and no known disturbance may lie where block sums would mistake it for a harmonic, at
+//! m·rate/B ± k·f. From below it is limited by the link, which carries small blocks only at low rates. Both are known
+//! before anything moves.
+//!
+//! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
+
+use hexsense::excitation::{Multisine, Signal};
+use hexsense::harmonics::choice::{LARGEST_TURN, Mistaken, mistaken};
+use hexsense::harmonics::{ANALYSERS, DriveError, HARMONICS, increment, largest_block};
+use hexsense::sampling::BlockSize;
+use hexsense::wire::{Drive, Refusal, StreamContent, telemetry};
+
+use crate::plan::Run;
+use crate::sensor_file::SensorFile;
+
+/// A frequency that a run drives, and when it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Start of the time that is estimated over, s from the start of the program.
+    pub start_s: f64,
+    /// Length of that time, s.
+    pub length_s: f64,
+}
+
+/// What the board is asked for in one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Scans that the board takes at a time.
+    pub block: BlockSize,
+    /// One for each analyser, at most [`ANALYSERS`].
+    pub lines: Vec<Line>,
+}
+
+/// Why the board cannot estimate what a run drives. Nothing has moved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoChoice {
+    /// The link carries this stream in no block.
+    #[error("run {run} at {rate_hz} Hz: {refusal}")]
+    Link {
+        /// The run.
+        run: String,
+        /// Scan rate, Hz.
+        rate_hz: u32,
+        /// What the board would say.
+        refusal: Refusal,
+    },
+    /// The board refuses it in every block.
+    #[error("run {run} drives at {frequency_hz} Hz, scanned at {rate_hz} Hz: {reason}")]
+    Drive {
+        /// The run.
+        run: String,
+        /// Drive frequency, Hz.
+        frequency_hz: f64,
+        /// Scan rate, Hz.
+        rate_hz: u32,
+        /// Why.
+        reason: DriveError,
+    },
+    /// The drive needs blocks that are smaller than the link carries.
+    #[error(
+        "run {run} drives at {frequency_hz} Hz: scanned at {rate_hz} Hz that allows blocks of at most {allowed} scans \
+         ({why}), and the link carries this stream in blocks of {carried} or more; scan at a lower rate, which the \
+         link carries in smaller blocks, or drive at {highest_hz} Hz at most and off every known disturbance"
+    )]
+    Block {
+        /// The run.
+        run: String,
+        /// Drive frequency, Hz.
+        frequency_hz: f64,
+        /// Scan rate, Hz.
+        rate_hz: u32,
+        /// Largest block that the drive allows, scans.
+        allowed: usize,
+        /// What forbids larger ones.
+        why: Why,
+        /// Smallest block that the link carries, scans.
+        carried: usize,
+        /// Highest drive frequency in those, Hz.
+        highest_hz: f64,
+    },
+}
+
+/// What forbids a block to a drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Why {
+    /// The fifth harmonic turns too far in it.
+    Fast,
+    /// A known disturbance looks like a harmonic in it.
+    Disturbed(Mistaken),
+}
+
+impl std::fmt::Display for Why {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Fast => write!(
+                f,
+                "in larger ones the fifth harmonic turns by more than {LARGEST_TURN} of a turn"
+            ),
+            Self::Disturbed(Mistaken {
+                line_hz, harmonic, ..
+            }) => write!(
+                f,
+                "in larger ones the disturbance at {line_hz} Hz looks like harmonic {harmonic}"
+            ),
+        }
+    }
+}
+
+impl Choice {
+    /// Chooses for `run`, scanned at `rate_hz` and streamed with `content`.
+    ///
+    /// # Errors
+    /// [`NoChoice`].
+    pub fn new(
+        run: &Run,
+        sensors: &SensorFile,
+        rate_hz: u32,
+        content: StreamContent,
+    ) -> Result<Self, NoChoice> {
+        let carried = smallest_carried(rate_hz, content).map_err(|refusal| NoChoice::Link {
+            run: run.name.clone(),
+            rate_hz,
+            refusal,
+        })?;
+        let mut lines = lines(run);
+        let own = lines.iter().map(|line| line.frequency_hz);
+        let asked = Asked {
+            run,
+            rate_hz,
+            disturbances_hz: own.chain(sensors.disturbances_hz(rate_hz)).collect(),
+        };
+        lines.truncate(ANALYSERS);
+        if lines.is_empty() {
+            let block = BlockSize::default().max(carried);
+            return Ok(Self { block, lines });
+        }
+        let block = asked.block(&lines)?;
+        if block < carried {
+            return Err(asked.refusal(&lines, block, carried));
+        }
+        for line in &lines {
+            let drive = line.drive(rate_hz, block, 0);
+            drive
+                .ok_or(DriveError::Frequency)
+                .and_then(|drive| drive.check())
+                .map_err(|reason| asked.drive_error(line, reason))?;
+        }
+        Ok(Self { block, lines })
+    }
+}
+
+impl Line {
+    /// The drive for this line, after so many blocks; `None` when the frequency is none at this rate.
+    #[must_use]
+    pub fn drive(&self, rate_hz: u32, block: BlockSize, settle_blocks: u32) -> Option<Drive> {
+        let scans = self.length_s * f64::from(rate_hz);
+        Some(Drive {
+            increment: increment(self.frequency_hz, rate_hz)?,
+            block,
+            settle_blocks,
+            blocks: (scans / block.scans() as f64).round() as u32,
+        })
+    }
+
+    /// How far a disturbance must stay away from what is mistaken for a harmonic, Hz.
+    fn distance_hz(&self) -> f64 {
+        2.0 / self.length_s
+    }
+}
+
+/// A run with everything that its block depends on.
+struct Asked<'a> {
+    run: &'a Run,
+    rate_hz: u32,
+    disturbances_hz: Vec<f64>,
+}
+
+impl Asked<'_> {
+    /// The largest block that every line allows; single scans where none is free of disturbances.
+    fn block(&self, lines: &[Line]) -> Result<BlockSize, NoChoice> {
+        let mut largest = BlockSize::ThirtyTwo;
+        for line in lines {
+            let allowed = largest_block(
+                line.frequency_hz,
+                self.rate_hz.into(),
+                &self.disturbances_hz,
+                line.distance_hz(),
+            );
+            let allowed = allowed.ok_or_else(|| self.drive_error(line, DriveError::Frequency))?;
+            largest = largest.min(allowed);
+        }
+        let sizes = BlockSize::ALL
+            .into_iter()
+            .rev()
+            .filter(|size| *size <= largest);
+        let clean = |size: &BlockSize| {
+            lines
+                .iter()
+                .all(|line| self.mistaken(line, *size).is_none())
+        };
+        Ok(sizes.into_iter().find(clean).unwrap_or(BlockSize::One))
+    }
+
+    fn mistaken(&self, line: &Line, block: BlockSize) -> Option<Mistaken> {
+        let lines_hz = &self.disturbances_hz;
+        let rate = f64::from(self.rate_hz);
+        mistaken(line.frequency_hz, rate, block, lines_hz, line.distance_hz())
+    }
+
+    fn drive_error(&self, line: &Line, reason: DriveError) -> NoChoice {
+        NoChoice::Drive {
+            run: self.run.name.clone(),
+            frequency_hz: line.frequency_hz,
+            rate_hz: self.rate_hz,
+            reason,
+        }
+    }
+
+    /// Names the line that forbids the smallest block that the link carries.
+    fn refusal(&self, lines: &[Line], allowed: BlockSize, carried: BlockSize) -> NoChoice {
+        let highest_hz =
+            LARGEST_TURN * f64::from(self.rate_hz) / (HARMONICS * carried.scans()) as f64;
+        let fastest = lines
+            .iter()
+            .max_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let disturbed = lines
+            .iter()
+            .find_map(|line| Some((line, Why::Disturbed(self.mistaken(line, carried)?))));
+        let too_fast = fastest.filter(|line| line.frequency_hz > highest_hz);
+        let (line, why) = match (too_fast, disturbed) {
+            (Some(line), _) => (line, Why::Fast),
+            (None, Some(disturbed)) => disturbed,
+            (None, None) => (&lines[0], Why::Fast),
+        };
+        NoChoice::Block {
+            run: self.run.name.clone(),
+            frequency_hz: line.frequency_hz,
+            rate_hz: self.rate_hz,
+            allowed: allowed.scans(),
+            why,
+            carried: carried.scans(),
+            highest_hz,
+        }
+    }
+}
+
+/// The smallest block in which the link carries a stream.
+fn smallest_carried(rate_hz: u32, content: StreamContent) -> Result<BlockSize, Refusal> {
+    let bits = |block| telemetry::bits_per_second(content, rate_hz, block);
+    let limit = telemetry::LIMIT_BITS_PER_S;
+    let carried = BlockSize::ALL
+        .into_iter()
+        .find(|block| bits(*block) <= limit);
+    carried.ok_or(Refusal::LinkCapacity {
+        bits_per_s: bits(BlockSize::ThirtyTwo),
+        limit,
+    })
+}
+
+/// The frequencies of a run: the largest of each degree of freedom first, then the next of each, and so on.
+fn lines(run: &Run) -> Vec<Line> {
+    let program = run.program();
+    let by_freedom: Vec<Vec<Line>> = program
+        .signals
+        .iter()
+        .map(|(_, signal)| lines_of(signal))
+        .collect();
+    let most = by_freedom.iter().map(Vec::len).max().unwrap_or(0);
+    let mut lines: Vec<Line> = Vec::new();
+    for place in 0..most {
+        let next = by_freedom.iter().filter_map(|lines| lines.get(place));
+        for line in next {
+            if !lines.contains(line) {
+                lines.push(*line);
+            }
+        }
+    }
+    lines
+}
+
+/// The frequencies of one degree of freedom, largest amplitude first.
+fn lines_of(signal: &Signal) -> Vec<Line> {
+    match signal {
+        Signal::Ramps(_) => Vec::new(),
+        Signal::Sine(sine) => vec![Line {
+            frequency_hz: sine.frequency_hz,
+            start_s: sine.estimate_start_s(),
+            length_s: sine.estimate_s,
+        }],
+        Signal::Multisine(multisine) => lines_of_multisine(multisine),
+    }
+}
+
+fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
+    let timing = multisine.timing();
+    let mut tones: Vec<_> = multisine.lines().to_vec();
+    tones.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    let tones = tones.into_iter().map(|tone| Line {
+        frequency_hz: f64::from(tone.harmonic) * timing.fundamental_hz,
+        start_s: timing.estimate_start_s(),
+        length_s: timing.estimate_s(),
+    });
+    tones.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Freedom, Purpose, SineEntry};
+    use hexsense::sampling::RATES_HZ;
+
+    const COUNTS: StreamContent = StreamContent {
+        counts: true,
+        values: false,
+        pose: false,
+    };
+    const ALL: StreamContent = StreamContent {
+        counts: true,
+        values: true,
+        pose: true,
+    };
+
+    fn run(frequency_hz: f64) -> Run {
+        let entry = SineEntry {
+            freedom: Freedom::Heave,
+            amplitude_deg: None,
+            amplitude_m: Some(0.01),
+            frequency_hz,
+            fade_s: 2.0,
+            settle_s: 2.0,
+            estimate_s: (3.0 / frequency_hz).max(3.0),
+        };
+        Run {
+            name: "heave".to_owned(),
+            purpose: Purpose::Calibrate,
+            rest_s: None,
+            ramps: Vec::new(),
+            sine: vec![entry],
+            multisine: None,
+        }
+    }
+
+    fn sensors(lines: &str) -> SensorFile {
+        let papers = twin::papers::sensor_file(1);
+        let kept = papers.lines().filter(|line| !line.starts_with("lines_hz"));
+        let text: String = kept.flat_map(|line| [line, "\n"]).collect();
+        SensorFile::parse("sensors.toml", &format!("{lines}\n{text}")).unwrap()
+    }
+
+    fn chosen(frequency_hz: f64, rate_hz: u32, lines: &str) -> Result<BlockSize, NoChoice> {
+        Choice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS).map(|choice| choice.block)
+    }
+
+    #[test]
+    fn every_drive_from_a_hundredth_to_fifty_hertz_is_taken_in_every_block_that_the_link_carries() {
+        for frequency_hz in [
+            0.01, 0.03, 0.1, 0.5, 1.0, 2.5, 5.0, 7.7, 10.0, 20.0, 33.0, 50.0,
+        ] {
+            for rate_hz in RATES_HZ {
+                let carried = smallest_carried(rate_hz, COUNTS).unwrap();
+                let turn = 5.0 * frequency_hz * carried.scans() as f64 / f64::from(rate_hz);
+                let possible = turn <= LARGEST_TURN || carried == BlockSize::One;
+                match Choice::new(
+                    &run(frequency_hz),
+                    &sensors("lines_hz = []"),
+                    rate_hz,
+                    COUNTS,
+                ) {
+                    Ok(choice) => {
+                        assert!(possible && choice.block >= carried);
+                        let drive = choice.lines[0].drive(rate_hz, choice.block, 7).unwrap();
+                        drive.check().unwrap();
+                    }
+                    Err(error) => {
+                        assert!(!possible, "{frequency_hz} Hz at {rate_hz} Hz: {error}");
+                        let text = error.to_string();
+                        for part in [frequency_hz.to_string(), rate_hz.to_string()] {
+                            assert!(text.contains(&part), "{text}");
+                        }
+                        assert!(text.contains("scan at a lower rate"), "{text}");
+                    }
+                }
+            }
+            // At the lowest rate the link carries single scans, and nothing is refused.
+            chosen(frequency_hz, 1_000, "").unwrap();
+        }
+    }
+
+    #[test]
+    fn the_block_keeps_known_disturbances_off_the_harmonics() {
+        // 16 scans at 1 kHz come at 62.5 Hz: 50 Hz is the fifth harmonic of 2.5 Hz below it; 8 scans come at 125 Hz.
+        assert_eq!(
+            chosen(0.5, 1_000, "lines_hz = []").unwrap(),
+            BlockSize::ThirtyTwo
+        );
+        assert_eq!(
+            chosen(1.25, 1_000, "lines_hz = []").unwrap(),
+            BlockSize::Sixteen
+        );
+        assert_eq!(
+            chosen(1.25, 1_000, "lines_hz = [58.75]").unwrap(),
+            BlockSize::Eight
+        );
+        // Multiples of a disturbance count.
+        assert_eq!(
+            chosen(1.25, 1_000, "lines_hz = [29.375]").unwrap(),
+            BlockSize::Eight
+        );
+        // Mains of 50 Hz is what is expected where nothing is said.
+        assert_eq!(
+            chosen(1.25, 1_000, "").unwrap(),
+            chosen(1.25, 1_000, "lines_hz = [50.0]").unwrap()
+        );
+    }
+
+    #[test]
+    fn a_disturbance_that_forbids_what_the_link_carries_is_named() {
+        // At 4 kHz the link carries blocks of 8 or more, which come at 500 Hz or less.
+        let error = chosen(1.0, 4_000, "lines_hz = [124.0]")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("124") || error.contains("disturbance at 496"),
+            "{error}"
+        );
+        let error = Choice::new(&run(1.0), &sensors(""), 4_000, ALL).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                NoChoice::Link {
+                    refusal: Refusal::LinkCapacity { .. },
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_multisine_takes_the_largest_line_of_each_freedom() {
+        let text = std::fs::read_to_string(
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/multisine-run.toml"),
+        )
+        .unwrap();
+        let head = "geometry = \"\"\ngeometry_sha256 = \"\"\nperiod_s = 0.002\n";
+        let plan = crate::plan::Plan::parse("plan.toml", &(head.to_owned() + &text)).unwrap();
+        let choice = Choice::new(&plan.runs[0], &sensors(""), 1_000, ALL).unwrap();
+        let hertz: Vec<f64> = choice.lines.iter().map(|line| line.frequency_hz).collect();
+        for (found, expected) in hertz.iter().zip([0.3, 0.4, 0.5]) {
+            assert!((found - expected).abs() < 1e-12, "{hertz:?}");
+        }
+        assert_eq!(hertz.len(), ANALYSERS);
+        assert!(
+            choice
+                .lines
+                .iter()
+                .all(|line| line.start_s == 15.0 && line.length_s == 20.0)
+        );
+    }
+
+    #[test]
+    fn a_rest_is_taken_in_blocks_that_the_link_carries() {
+        let rest = Run {
+            rest_s: Some(10.0),
+            sine: Vec::new(),
+            ..run(1.0)
+        };
+        let choice = Choice::new(&rest, &sensors(""), 4_000, COUNTS).unwrap();
+        assert_eq!((choice.block, choice.lines.len()), (BlockSize::Sixteen, 0));
+    }
+}

@@ -1,0 +1,119 @@
+//! The board's harmonic sums made again from the scans of a capture.
+//!
+//! The sums are integers, so host and board must agree in every bit of every sum: offset, drift, square, and five
+//! cosines and sines of all fifteen channels. A difference means that the capture does not hold what the board
+//! measured, or that board and host compute differently, and nothing found from either is to be trusted.
+
+use hexsense::channel::NAMES;
+use hexsense::harmonics::{Analyser, ChannelSums, HARMONICS};
+use hexsense::sampling::BlockSums;
+use hexsense::wire::Drive;
+
+use crate::campaign::BoardSums;
+use crate::capture::Capture;
+
+/// Integers in the sums of one analyser.
+pub const INTEGERS: usize = NAMES.len() * (3 + 2 * HARMONICS);
+
+/// Why sums could not be made again.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ReplayError {
+    /// Scans are missing.
+    #[error(
+        "scans {first} to {last}, which the board summed, are not all in the capture; record the run again"
+    )]
+    Missing {
+        /// First scan of the sums.
+        first: u64,
+        /// Last scan of the sums.
+        last: u64,
+    },
+    /// A sum differs.
+    #[error(
+        "{channel}, sum {sum}: the board reports {board}, and the scans of the capture give {host}; firmware and \
+         hexsense are of different builds, or the capture was changed: record the run again with a pair that fits"
+    )]
+    Different {
+        /// Name of the channel.
+        channel: &'static str,
+        /// Name of the sum.
+        sum: String,
+        /// The board's.
+        board: i128,
+        /// That of the capture.
+        host: i128,
+    },
+}
+
+/// Makes the sums of one analyser again from the scans that it took.
+///
+/// # Errors
+/// [`ReplayError`], with the first sum that differs.
+pub fn replay(board: &BoardSums, capture: &Capture) -> Result<(), ReplayError> {
+    let drive = board.drive;
+    let counts = window(board, capture)?;
+    let mut analyser = Analyser::new();
+    analyser.start(Drive {
+        settle_blocks: 0,
+        ..drive
+    });
+    let first_scans = (board.first_scan..).step_by(drive.block.scans());
+    for (scans, first_scan) in counts.chunks_exact(drive.block.scans()).zip(first_scans) {
+        analyser.take(&BlockSums::of_scans(scans, first_scan));
+    }
+    for (channel, board) in board.channels.iter().enumerate() {
+        let host = analyser.report(channel).map(|(_, _, sums)| sums);
+        if let Some((sum, board, host)) = first_difference(board, &host.unwrap_or_default()) {
+            return Err(ReplayError::Different {
+                channel: NAMES[channel],
+                sum,
+                board,
+                host,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The scans that the sums were made of.
+fn window<'a>(
+    board: &BoardSums,
+    capture: &'a Capture,
+) -> Result<&'a [hexsense::channel::Scan], ReplayError> {
+    let scans = board.drive.blocks as usize * board.drive.block.scans();
+    let last = board.first_scan + (scans as u64).saturating_sub(1);
+    let missing = ReplayError::Missing {
+        first: board.first_scan,
+        last,
+    };
+    let first = capture.scans.binary_search(&board.first_scan);
+    let end = first.map(|first| first + scans);
+    match (first, end) {
+        (Ok(first), Ok(end)) if scans > 0 && capture.scans.get(end - 1) == Some(&last) => {
+            capture.counts.get(first..end).ok_or(missing)
+        }
+        _ => Err(missing),
+    }
+}
+
+/// Name and values of the first sum that differs.
+fn first_difference(board: &ChannelSums, host: &ChannelSums) -> Option<(String, i128, i128)> {
+    let named = |sums: &ChannelSums| {
+        let single = [
+            ("offset".to_owned(), i128::from(sums.offset)),
+            ("drift".to_owned(), sums.drift.into()),
+            ("square".to_owned(), sums.square.into()),
+        ];
+        let waves = [("cosine", sums.cosine), ("sine", sums.sine)];
+        let waves = waves.into_iter().flat_map(|(name, sums)| {
+            let numbered = sums.into_iter().zip(1..);
+            numbered.map(move |(sum, k)| (format!("{name} {k}"), sum.into()))
+        });
+        single.into_iter().chain(waves).collect::<Vec<_>>()
+    };
+    let pairs = named(board).into_iter().zip(named(host));
+    let mut different = pairs.filter(|((_, board), (_, host))| board != host);
+    different
+        .next()
+        .map(|((name, board), (_, host))| (name, board, host))
+}

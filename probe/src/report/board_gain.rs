@@ -1,0 +1,96 @@
+//! Calibration factors straight from the board's sums: what a sensor should have felt over what it shows.
+//!
+//! A calibrated triad needs its 3×3 matrix; one number for a driven sensor needs only two amplitudes, and the board's
+//! sums hold both. From the sums of the jacks follow their five harmonics, from these the lengths at points of one
+//! period, from each point a pose by forward kinematics, and from the path of the pose the amplitude of what the sensor
+//! should have felt ([`sine_truth`]):
+//!
+//! ```text
+//! jack sums ──▶ harmonics ──▶ lengths ──▶ poses ──▶ amplitude of the truth ┐
+//! sensor sums ──▶ amplitude in counts ─────────────────────────────────────┴▶ k = truth / counts
+//! ```
+//!
+//! It differs from the fitted gain M_ii by what the cross terms of the matrix add, by how far the servos' frequency is
+//! from the programmed one, and by noise.
+
+use core::f64::consts::TAU;
+
+use hexsense::calibration::truth::{coordinates, sine_truth};
+use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::harmonics::{HARMONICS, Harmonics, Series, solve_channel};
+
+use crate::analysis::AnalysisError;
+use crate::analysis::belief::Belief;
+use crate::analysis::estimate::Poses;
+use crate::campaign::BoardSums;
+
+/// Points of a period at which poses are found: many more than five harmonics and their products need.
+const POINTS: usize = 64;
+
+/// Amplitudes of the driven sensors and of their truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardGain {
+    /// Amplitude of the truth by the jack sums, unit of the channel.
+    pub truth: f64,
+    /// Amplitude of the channel, counts at nominal supply.
+    pub counts: f64,
+}
+
+impl BoardGain {
+    /// The calibration factor, unit per count.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.truth / self.counts
+    }
+}
+
+/// The nine channels of one run, of which those that its movement drives mean something; `sums` taken at `rate_hz` and
+/// a mean supply factor of `supply`.
+///
+/// # Errors
+/// [`AnalysisError`] when the jacks give no pose; `None` when the sums determine no harmonics.
+pub fn gains(
+    run: &str,
+    sums: &BoardSums,
+    rate_hz: u32,
+    supply: f64,
+    belief: &Belief,
+) -> Result<Option<[BoardGain; INERTIAL]>, AnalysisError> {
+    let harmonics =
+        |channel: usize| solve_channel(&sums.drive, rate_hz, channel, &sums.channels[channel]);
+    let all: Option<Vec<Harmonics>> = (0..INERTIAL + JACKS).map(harmonics).collect();
+    let Some(all) = all else {
+        return Ok(None);
+    };
+    let (sensors, jacks) = all.split_at(INERTIAL);
+    let mut poses = Poses::new(belief, run)?;
+    let mut path = Vec::with_capacity(POINTS);
+    for point in 0..POINTS {
+        let theta = TAU * point as f64 / POINTS as f64;
+        let counts = core::array::from_fn(|jack| supply * value(&jacks[jack], theta));
+        path.push(coordinates(&poses.next(&counts)?));
+    }
+    let Some(fits) = Series::fit_all(TAU / POINTS as f64, path.into_iter()) else {
+        return Ok(None);
+    };
+    let omega = TAU * sums.drive.frequency_hz(rate_hz);
+    let truth = sine_truth(&fits, omega, belief.site.gravity_m_s2);
+    let felt = [
+        truth.specific_force(&belief.site.lever_arm_m)[0],
+        truth.angular_acceleration,
+        truth.angular_rate,
+    ];
+    Ok(Some(core::array::from_fn(|channel| BoardGain {
+        truth: felt[channel / 3][channel % 3].norm(),
+        counts: supply * sensors[channel].first().amplitude(),
+    })))
+}
+
+/// A signal at phase `theta` of the drive, rad.
+fn value(fit: &Harmonics, theta: f64) -> f64 {
+    let harmonics = (1..=HARMONICS).zip(&fit.harmonics).map(|(k, harmonic)| {
+        let (sine, cosine) = (k as f64 * theta).sin_cos();
+        harmonic.cosine * cosine + harmonic.sine * sine
+    });
+    fit.offset + harmonics.sum::<f64>()
+}
