@@ -204,7 +204,7 @@ fn a_jack_answers_late_and_bumps_when_it_turns_around() {
         let run: Vec<JackMotion> = (0..((start + 4.0) / STEP_S) as u32)
             .map(|n| {
                 jacks.advance(&controller, f64::from(n) * STEP_S, STEP_S);
-                jacks.motion(&controller, f64::from(n + 1) * STEP_S)
+                jacks.motion()
             })
             .collect();
         let after_start = |index: usize| index as f64 * STEP_S - start;

@@ -10,6 +10,7 @@
 //! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
 //! - [`condense`]: a capture reduced to what the estimate needs; nothing that is believed enters here.
 //! - [`onset`]: where in a capture the movement starts.
+//! - [`sines`]: how a sine run is reduced.
 //! - [`campaign`]: all captures condensed, sorted by what they are for.
 //! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
 //! - [`noise`]: the sensors' noise from rests.
@@ -32,6 +33,7 @@ pub mod noise;
 pub mod onset;
 pub mod results;
 pub mod settling;
+pub mod sines;
 
 use hexsense::calibration::triad::TriadError;
 use hexsense::calibration::zero::ZeroError;

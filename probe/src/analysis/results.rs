@@ -55,7 +55,7 @@ pub struct ChannelResult {
     pub sensitivity: f64,
     /// Terms of the uncertainty, the largest for the gain first.
     pub budget: Vec<Term>,
-    /// White noise, unit/√Hz, as seen in the zero run.
+    /// White noise, unit/√Hz, as seen in the rests before the movements.
     pub noise_density: f64,
     /// Standard uncertainty of the value at rest at home, unit, right after the calibration.
     pub rest_uncertainty: f64,

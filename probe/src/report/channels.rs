@@ -47,7 +47,7 @@ pub fn results(page: &mut Page, input: &ReportInput) {
     page.table(
         "The nine channels. ± is the expanded uncertainty <i>U</i>, coverage factor 2. The column 95 % is half the \
          interval that holds the true <i>k</i> with that probability; it is narrower where tolerances, which have an \
-         end, are the largest terms. The noise density is that of the zero run.",
+         end, are the largest terms. The noise density is that of the rests before the movements.",
         head,
         &body,
     );
