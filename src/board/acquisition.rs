@@ -1,155 +1,194 @@
 //! The converters: fifteen channels in step with the trigger, into two DMA rings.
 //!
 //! ```text
-//! TIM6 update ─┬─▶ ADC1: nine inertial channels × 16 conversions ─DMA─▶ ring of two blocks
+//! TIM6 update ─┬─▶ ADC1: nine inertial channels × 16 conversions ─DMA─▶ ring of two blocks ─▶ interrupt
 //!              └─▶ ADC2: six jack channels × 16 conversions     ─DMA─▶ ring of two blocks
 //! ```
 //!
 //! Everything up to the rings is hardware: no software delay can move a sampling instant. While DMA fills one half
-//! of a ring, the other half (a block of [`BLOCK`] scans) is read.
+//! of a ring, the other half, a block of scans, is read where it lies. ADC1 ends last, so that its interrupt finds
+//! the jacks' half filled too; the drivers of embassy own converters and DMA channels, and the rings are not read
+//! through them.
 //!
-//! A converter whose result was not fetched in time (*overrun*) stops without a sign. So a block that does not come
-//! in time, or that comes with an overrun flag set, is a [`Fault`]; the caller then builds the converters anew,
-//! which is the only way to put both rings back in step.
+//! A converter whose result was not fetched in time (*overrun*) stops without a sign, and a half that is read too late
+//! is overwritten. Both are found and are a [`Fault`]; the caller then builds the converters anew, which is the only
+//! way to put both rings back in step.
 
-use embassy_futures::join::join;
-use embassy_futures::select::{Either, select};
+use core::cell::UnsafeCell;
+use core::slice;
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use embassy_stm32::adc::{Adc, AdcConfig, Exten, RingBufferedAdc, Rovsm, Trovs};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::{ADC1, ADC2};
 use embassy_stm32::triggers::TIM6_TRGO;
-use embassy_time::{Instant, Timer};
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS, Scan};
-use hexsense::sampling::BLOCK;
-use static_cell::ConstStaticCell;
+use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::sampling::BlockSize;
 
-use super::pins::{self, Irqs};
-use super::timing::{OVERSAMPLING_CODE, SAMPLE_TIME, block_timeout};
+use super::pins::{self, INERTIAL_DMA, Irqs, JACK_DMA};
+use super::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
 use super::trigger::Trigger;
 
-const INERTIAL_BLOCK: usize = INERTIAL * BLOCK;
-const JACK_BLOCK: usize = JACKS * BLOCK;
+/// Scans that a ring holds: two of the largest blocks.
+const RING: usize = 2 * BlockSize::MOST;
 
 /// Why the converters must be built anew.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum Fault {
-    /// A result was not fetched before the next came, or the ring was read too late.
+    /// A result was not fetched before the next came.
     Overrun,
+    /// A block was not read before it was overwritten.
+    Late,
     /// No block in three times the time that one takes.
     Stuck,
 }
 
-/// Memory that outlives every run: rings for DMA, and the halves copied out of them.
-pub struct Buffers {
-    inertial_ring: &'static mut [u16; 2 * INERTIAL_BLOCK],
-    jack_ring: &'static mut [u16; 2 * JACK_BLOCK],
-    inertial: [u16; INERTIAL_BLOCK],
-    jacks: [u16; JACK_BLOCK],
-}
+/// Memory that DMA writes, in scans of `N` counts.
+struct Ring<const N: usize>(UnsafeCell<[[u16; N]; RING]>);
 
-impl Buffers {
-    /// Takes the memory of the rings; there is one.
-    pub fn take() -> Self {
-        static INERTIAL_RING: ConstStaticCell<[u16; 2 * INERTIAL_BLOCK]> =
-            ConstStaticCell::new([0; 2 * INERTIAL_BLOCK]);
-        static JACK_RING: ConstStaticCell<[u16; 2 * JACK_BLOCK]> =
-            ConstStaticCell::new([0; 2 * JACK_BLOCK]);
-        Self {
-            inertial_ring: INERTIAL_RING.take(),
-            jack_ring: JACK_RING.take(),
-            inertial: [0; INERTIAL_BLOCK],
-            jacks: [0; JACK_BLOCK],
-        }
+// SAFETY: DMA writes one half while the other is read, by the sample interrupt alone.
+unsafe impl<const N: usize> Sync for Ring<N> {}
+
+impl<const N: usize> Ring<N> {
+    const fn new() -> Self {
+        Self(UnsafeCell::new([[0; N]; RING]))
+    }
+
+    /// The counts of two blocks, for the driver that sets DMA up.
+    ///
+    /// # Safety
+    /// The driver must not be asked to read, and must be gone before this is called again.
+    unsafe fn for_dma(&'static self, block: BlockSize) -> &'static mut [u16] {
+        // SAFETY: the ring has room for two of the largest blocks; the rest is promised by the caller.
+        unsafe { slice::from_raw_parts_mut(self.0.get().cast(), 2 * block.scans() * N) }
+    }
+
+    /// The block in the first (0) or second (1) half.
+    fn half(&'static self, block: BlockSize, half: usize) -> &'static [[u16; N]] {
+        let scans = block.scans();
+        // SAFETY: `half` is 0 or 1, so the block lies in the ring. DMA is at work in the other half; whether it came
+        // back too soon is checked after the last read, and then nothing that was read is used.
+        unsafe { slice::from_raw_parts(self.0.get().cast::<[u16; N]>().add(half * scans), scans) }
     }
 }
 
-/// Both converters running in step at one rate, until dropped.
+static INERTIAL_RING: Ring<INERTIAL> = Ring::new();
+static JACK_RING: Ring<JACKS> = Ring::new();
+
+/// A block that lies complete in the rings.
+pub struct Filled {
+    /// Counts of the inertial channels, scan by scan.
+    pub inertial: &'static [[u16; INERTIAL]],
+    /// Counts of the jacks.
+    pub jacks: &'static [[u16; JACKS]],
+    half: usize,
+}
+
+impl Filled {
+    /// The block whose interrupt this is, if it is one; acknowledges the interrupt.
+    ///
+    /// # Errors
+    /// [`Fault`] when the block is not whole, or another is complete already.
+    #[inline(always)]
+    pub fn take(block: BlockSize) -> Option<Result<Self, Fault>> {
+        let flags = pac::DMA1.isr().read();
+        let (first, second) = (flags.htif(INERTIAL_DMA), flags.tcif(INERTIAL_DMA));
+        if !first && !second {
+            return None;
+        }
+        pac::DMA1
+            .ifcr()
+            .write(|clear| clear.set_gif(INERTIAL_DMA, true));
+        let half = usize::from(second);
+        let scans = block.scans();
+        // What is left of the round: in the second half of the ring when the first is complete.
+        let elsewhere = |channel: usize, counts: usize| {
+            let left = usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
+            (left > counts) == second
+        };
+        let in_step =
+            elsewhere(INERTIAL_DMA, scans * INERTIAL) & elsewhere(JACK_DMA, scans * JACKS);
+        let overrun = pac::ADC1.isr().read().ovr() | pac::ADC2.isr().read().ovr();
+        Some(if overrun {
+            Err(Fault::Overrun)
+        } else if (first & second) | !in_step {
+            Err(Fault::Late)
+        } else {
+            compiler_fence(Ordering::SeqCst);
+            Ok(Self {
+                inertial: INERTIAL_RING.half(block, half),
+                jacks: JACK_RING.half(block, half),
+                half,
+            })
+        })
+    }
+
+    /// Whether DMA stayed in the other half until now, so that what was read is whole.
+    #[inline(always)]
+    pub fn is_whole(&self) -> bool {
+        compiler_fence(Ordering::SeqCst);
+        let flags = pac::DMA1.isr().read();
+        let (first, second) = (flags.htif(INERTIAL_DMA), flags.tcif(INERTIAL_DMA));
+        !(if self.half == 0 { second } else { first })
+    }
+}
+
+/// Both converters in step at one rate, until dropped.
 pub struct Run<'d> {
-    inertial_adc: RingBufferedAdc<'d, ADC1>,
-    jack_adc: RingBufferedAdc<'d, ADC2>,
-    inertial: &'d mut [u16; INERTIAL_BLOCK],
-    jacks: &'d mut [u16; JACK_BLOCK],
-    rate_hz: u32,
-    started: Instant,
-    _trigger: Trigger<'d>,
+    inertial: RingBufferedAdc<'d, ADC1>,
+    jacks: RingBufferedAdc<'d, ADC2>,
+    trigger: Trigger<'d>,
 }
 
 impl<'d> Run<'d> {
-    /// Builds and calibrates the converters, then starts them and the trigger at `rate_hz`, one of `RATES_HZ`.
-    pub fn start(parts: &'d mut pins::Acquisition, buffers: &'d mut Buffers, rate_hz: u32) -> Self {
-        let trigger = Trigger::new(parts.timer.reborrow(), rate_hz);
-        let inertial_adc = Adc::new(parts.inertial_adc.reborrow(), converter());
-        let jack_adc = Adc::new(parts.jack_adc.reborrow(), converter());
-        let mut inertial_adc = inertial_adc.into_ring_buffered(
-            parts.inertial_dma.reborrow(),
-            buffers.inertial_ring,
-            Irqs,
-            parts
-                .inertial
-                .sequence()
-                .map(|channel| (channel, SAMPLE_TIME))
-                .into_iter(),
-            TIM6_TRGO,
-            Exten::RISING_EDGE,
-        );
-        let mut jack_adc = jack_adc.into_ring_buffered(
-            parts.jack_dma.reborrow(),
-            buffers.jack_ring,
-            Irqs,
-            parts
-                .jacks
-                .sequence()
-                .map(|channel| (channel, SAMPLE_TIME))
-                .into_iter(),
-            TIM6_TRGO,
-            Exten::RISING_EDGE,
-        );
-        inertial_adc.start();
-        jack_adc.start();
-        trigger.start();
-        Self {
-            inertial_adc,
-            jack_adc,
-            inertial: &mut buffers.inertial,
-            jacks: &mut buffers.jacks,
-            rate_hz,
-            started: Instant::now(),
-            _trigger: trigger,
-        }
-    }
-
-    /// When the trigger was started; scan n begins (n + 1) periods later.
-    pub fn started(&self) -> Instant {
-        self.started
-    }
-
-    /// Waits for the next block and puts it into `block`.
+    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of `RATES_HZ`.
     ///
-    /// # Errors
-    /// [`Fault`]: this run is over, start another.
-    pub async fn next(&mut self, block: &mut [Scan; BLOCK]) -> Result<(), Fault> {
-        let both = join(
-            self.inertial_adc.read(self.inertial),
-            self.jack_adc.read(self.jacks),
+    /// A converter's first conversion after a pause of 1 ms may be wrong (ES0430), so each makes one here that nobody
+    /// reads; the first trigger follows soon enough.
+    pub fn prepare(parts: &'d mut pins::Acquisition, rate_hz: u32, block: BlockSize) -> Self {
+        let trigger = Trigger::new(parts.timer.reborrow(), rate_hz);
+        let mut inertial_adc = Adc::new(parts.inertial_adc.reborrow(), converter());
+        let mut jack_adc = Adc::new(parts.jack_adc.reborrow(), converter());
+        let mut inertial_pins = parts.inertial.sequence();
+        let mut jack_pins = parts.jacks.sequence();
+        inertial_adc.blocking_read(&mut inertial_pins[0], SAMPLE_TIME);
+        jack_adc.blocking_read(&mut jack_pins[0], SAMPLE_TIME);
+        // SAFETY: a run is never asked to read, and exclusive access to the parts makes it the only one.
+        let (inertial_ring, jack_ring) =
+            unsafe { (INERTIAL_RING.for_dma(block), JACK_RING.for_dma(block)) };
+        let inertial = inertial_adc.into_ring_buffered(
+            parts.inertial_dma.reborrow(),
+            inertial_ring,
+            Irqs,
+            inertial_pins.map(|pin| (pin, SAMPLE_TIME)).into_iter(),
+            TIM6_TRGO,
+            Exten::RISING_EDGE,
         );
-        match select(both, Timer::after(block_timeout(self.rate_hz))).await {
-            Either::First((Ok(_), Ok(_))) => {}
-            Either::First(_) => return Err(Fault::Overrun),
-            Either::Second(()) => return Err(Fault::Stuck),
+        let jacks = jack_adc.into_ring_buffered(
+            parts.jack_dma.reborrow(),
+            jack_ring,
+            Irqs,
+            jack_pins.map(|pin| (pin, SAMPLE_TIME)).into_iter(),
+            TIM6_TRGO,
+            Exten::RISING_EDGE,
+        );
+        // Only the converter that ends last interrupts.
+        pac::DMA1.ch(JACK_DMA).cr().modify(|control| {
+            control.set_htie(false);
+            control.set_tcie(false);
+        });
+        Self {
+            inertial,
+            jacks,
+            trigger,
         }
-        if [pac::ADC1, pac::ADC2]
-            .iter()
-            .any(|adc| adc.isr().read().ovr())
-        {
-            return Err(Fault::Overrun);
-        }
-        let inertial = self.inertial.as_chunks::<INERTIAL>().0;
-        let jacks = self.jacks.as_chunks::<JACKS>().0;
-        for ((scan, inertial), jacks) in block.iter_mut().zip(inertial).zip(jacks) {
-            scan[..INERTIAL].copy_from_slice(inertial);
-            scan[INERTIAL..CHANNELS].copy_from_slice(jacks);
-        }
-        Ok(())
+    }
+
+    /// Starts converters and trigger.
+    pub fn start(&mut self) {
+        self.inertial.start();
+        self.jacks.start();
+        self.trigger.start();
     }
 }
 

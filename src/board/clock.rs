@@ -8,7 +8,8 @@ use embassy_stm32::pac;
 use embassy_stm32::rcc::{self, mux};
 use embassy_stm32::time::Hertz;
 
-use super::timing::{CORE_HZ, CRYSTAL_START_MS};
+use super::pins::DRIVER_PRIORITY;
+use super::timing::{ADC_HZ, CORE_HZ, CRYSTAL_START_MS};
 
 const CRYSTAL_HZ: u32 = 24_000_000;
 /// The core's clock after reset, Hz.
@@ -48,16 +49,19 @@ pub fn configuration() -> (embassy_stm32::Config, Source) {
         source: pll_source,
         prediv,
         mul,
-        divp: None,
+        // 300 MHz / 8 = 37.5 MHz.
+        divp: Some(rcc::PllPDiv::DIV8),
         divq: None,
         divr: Some(rcc::PllRDiv::DIV2),
     });
     config.rcc.sys = rcc::Sysclk::PLL1_R;
     config.rcc.hsi48 = None;
     config.rcc.ls = rcc::LsConfig::off();
-    config.rcc.mux.adc12sel = mux::Adcsel::SYS;
-    config.rcc.mux.adc345sel = mux::Adcsel::SYS;
+    // One source for all converters, which do not divide it: they disturb each other otherwise (ES0430).
+    config.rcc.mux.adc12sel = mux::Adcsel::PLL1_P;
+    config.rcc.mux.adc345sel = mux::Adcsel::PLL1_P;
     config.rcc.mux.lpuart1sel = mux::Uartsel::PCLK1;
+    config.bdma_interrupt_priority = DRIVER_PRIORITY;
     (config, source)
 }
 
@@ -83,5 +87,10 @@ pub fn check(clocks: &rcc::Clocks) {
     assert!(
         core == Some(Hertz(CORE_HZ)),
         "the core does not run at 150 MHz"
+    );
+    let converters = clocks.pll1_p.to_hertz();
+    assert!(
+        converters == Some(Hertz(ADC_HZ)),
+        "the converters do not run at 37.5 MHz"
     );
 }

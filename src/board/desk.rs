@@ -1,27 +1,28 @@
 //! The desk behind the link: what each request gets for an answer.
 //!
-//! Questions are answered at once from the latest values. Commands go to the task that can carry them out, the
-//! sample path or the storage, and their answer follows when it comes; until then any other command is refused as
+//! Questions are answered at once from the latest values, and analysers are set and read at once, between two blocks of
+//! the sample path. Other commands go to the task that can carry them out, sampling or storage, and their answer follows when it comes; until then any other command is refused as
 //! [`Refusal::Busy`], so that every answer belongs to the one command that is open.
 
 use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
-use hexsense::channel::CHANNELS;
+use hexsense::channel::{CHANNELS, JACKS};
+use hexsense::harmonics::{Analyser, ChannelSums};
 use hexsense::live_pose::JackBlock;
-use hexsense::sampling::{BlockSize, RATES_HZ};
+use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
 use hexsense::wire::frame::{self, Closed};
-use hexsense::wire::message::{
-    self, PathCycles, Refusal, Request, Response, Status, StreamContent,
-};
+use hexsense::wire::message::{self, Refusal, Request, Response, Status, StreamContent};
 use hexsense::wire::telemetry::Header;
-use hexsense::wire::{Drive, Frame, FrameError, HarmonicState, Kind, PoseReport, pose, telemetry};
+use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, pose, telemetry};
 
 use super::clock::Source;
-use super::exchange::{Active, Exchange, Guard, Progress};
+use super::exchange::{Active, Exchange, Guard};
 use super::identity::Origin;
+use super::path::{self, Progress};
+use super::queue::Piece;
 use super::quick_look;
-use super::sampling::{self, Block};
+use super::sampling;
 use super::storage;
 use super::supply::Reading;
 
@@ -30,15 +31,21 @@ pub const MAX_REQUEST_FRAME: usize = 256;
 /// A set's coefficients hold this far from the temperature that they were found at, K.
 const CALIBRATED_RANGE_K: f32 = 10.0;
 
+/// What is reported when nothing is estimated.
+const NO_DRIVE: Drive = Drive {
+    increment: 0,
+    block: BlockSize::One,
+    settle_blocks: 0,
+    blocks: 0,
+};
+
 /// What the link knows and answers from.
 pub struct Desk {
     origin: Origin,
     exchange: &'static Exchange,
     supply: Receiver<'static, Guard, Reading, 2>,
     active: Receiver<'static, Guard, Active, 2>,
-    progress: Receiver<'static, Guard, Progress, 1>,
     stream: StreamContent,
-    tilt: Option<[f32; 2]>,
     /// Sequence number of the command that another task is carrying out.
     open: Option<u16>,
     frames_damaged: u32,
@@ -61,9 +68,7 @@ impl Desk {
             exchange,
             supply: exchange.supply.receiver().expect("a receiver is left"),
             active: exchange.active.receiver().expect("a receiver is left"),
-            progress: exchange.progress.receiver().expect("a receiver is left"),
             stream: StreamContent::default(),
-            tilt: None,
             open: None,
             frames_damaged: 0,
             telemetry_sequence: 0,
@@ -116,34 +121,35 @@ impl Desk {
         encode(answer, sequence, out)
     }
 
-    /// Looks at a block, and hands over its jacks when the host wants poses; returns the length of the frame to send
-    /// when it wants blocks.
-    pub fn pass_on(&mut self, block: &Block, out: &mut [u8]) -> Option<usize> {
-        self.tilt = block.header.set.map(|_| quick_look::tilt(&block.values));
-        if self.stream.pose {
-            let Header {
-                first_scan, supply, ..
-            } = block.header;
-            if let Some(jacks) = JackBlock::new(first_scan, supply, &block.counts) {
-                self.exchange.jacks.signal(jacks);
-            }
-        }
-        if !self.stream.has_blocks() {
-            return None;
-        }
-        let header = Header {
-            content: self.stream,
-            ..block.header
+    /// Takes the next piece of a block, and hands over its jacks when the host wants poses; returns the length of the
+    /// frame to send when it wants blocks.
+    pub fn pass_on(&mut self, out: &mut [u8]) -> Option<usize> {
+        let content = self.stream;
+        let mut jacks = None;
+        let length = if content.has_blocks() {
+            let sequence = self.next_telemetry();
+            let piece = |payload: &mut [u8]| {
+                path::with(|path| {
+                    let piece = path.queue.front()?;
+                    jacks = jacks_of(&piece);
+                    let header = header(&piece, &path.progress, content);
+                    let length = telemetry::write(&header, piece.samples, payload);
+                    path.queue.pop();
+                    length
+                })
+            };
+            sendable(frame::encode(Kind::Block, sequence, out, piece))
+        } else {
+            path::with(|path| {
+                jacks = path.queue.front().as_ref().and_then(jacks_of);
+                path.queue.pop();
+            });
+            None
         };
-        let sequence = self.next_telemetry();
-        let samples = telemetry::Samples {
-            inertial: &block.counts.map(|scan| core::array::from_fn(|n| scan[n])),
-            jacks: &block
-                .counts
-                .map(|scan| core::array::from_fn(|n| scan[9 + n])),
-            values: &block.values,
-        };
-        sendable(telemetry::encode(&header, samples, sequence, out))
+        if let Some(jacks) = jacks.filter(|_| content.pose) {
+            self.exchange.jacks.signal(jacks);
+        }
+        length
     }
 
     /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
@@ -168,9 +174,9 @@ impl Desk {
             Request::Status => return Ok(Outcome::Answer(Response::Status(self.status()))),
             Request::Stream(content) => return self.set_stream(content),
             Request::Rate(hz) => return self.set_rate(hz, sequence),
-            Request::Block(_) => return Err(Refusal::Busy),
-            Request::Drive { drive, .. } => return self.set_drive(drive, sequence),
-            Request::Harmonics { channel, .. } => return self.report_harmonics(channel, sequence),
+            Request::Block(block) => return self.set_block(block, sequence),
+            Request::Drive { analyser, drive } => return self.set_drive(analyser, drive),
+            Request::Harmonics { analyser, channel } => return harmonics(analyser, channel),
             Request::ActiveSet => storage::Command::ActiveSet,
             Request::ReadSet { offset } => storage::Command::Read(offset),
             Request::UploadBegin { length, id } => storage::Command::Begin(length, id),
@@ -185,8 +191,10 @@ impl Desk {
         if (content.values || content.pose) && !self.active.contains_value() {
             return Err(Refusal::NoSet);
         }
-        check_capacity(content, self.rate_hz())?;
+        let Progress { rate_hz, block, .. } = path::with(|path| path.progress);
+        check_capacity(content, rate_hz, block)?;
         self.stream = content;
+        path::with(|path| path.wanted = content.has_blocks() || content.pose);
         Ok(Outcome::Answer(Response::Done))
     }
 
@@ -194,32 +202,38 @@ impl Desk {
         if !RATES_HZ.contains(&hz) {
             return Err(Refusal::Rate { hz });
         }
-        check_capacity(self.stream, hz)?;
-        self.order(
-            &self.exchange.to_sampling,
-            sampling::Command::Rate(hz),
-            sequence,
-        )
+        let block = path::with(|path| path.progress.block);
+        check_capacity(self.stream, hz, block)?;
+        let command = sampling::Command::Rate(hz);
+        self.order(&self.exchange.to_sampling, command, sequence)
     }
 
-    fn set_drive(&mut self, drive: Drive, sequence: u16) -> Result<Outcome, Refusal> {
+    fn set_block(&mut self, block: BlockSize, sequence: u16) -> Result<Outcome, Refusal> {
+        let rate_hz = path::with(|path| path.progress.rate_hz);
+        check_capacity(self.stream, rate_hz, block)?;
+        let command = sampling::Command::Block(block);
+        self.order(&self.exchange.to_sampling, command, sequence)
+    }
+
+    fn set_drive(&mut self, analyser: u8, drive: Drive) -> Result<Outcome, Refusal> {
         if self.origin.clock != Source::Crystal {
             return Err(Refusal::NoCrystal);
         }
         drive.check().map_err(Refusal::Drive)?;
-        self.order(
-            &self.exchange.to_sampling,
-            sampling::Command::Drive(drive),
-            sequence,
-        )
-    }
-
-    fn report_harmonics(&mut self, channel: u8, sequence: u16) -> Result<Outcome, Refusal> {
-        if usize::from(channel) >= CHANNELS {
-            return Err(Refusal::Channel { channel });
-        }
-        let command = sampling::Command::Harmonics(channel);
-        self.order(&self.exchange.to_sampling, command, sequence)
+        path::with(|path| {
+            let board = path.progress.block;
+            if drive.block != board {
+                return Err(Refusal::OtherBlock {
+                    drive: drive.block.scans() as u8,
+                    board: board.scans() as u8,
+                });
+            }
+            path.analysers
+                .get_mut(usize::from(analyser))
+                .ok_or(Refusal::Analyser { analyser })?
+                .start(drive);
+            Ok(Outcome::Answer(Response::Done))
+        })
     }
 
     /// Gives a command to another task, if none is open.
@@ -236,12 +250,10 @@ impl Desk {
         Ok(Outcome::Later)
     }
 
-    fn rate_hz(&mut self) -> u32 {
-        self.progress.try_get().unwrap_or_default().rate_hz
-    }
-
     fn status(&mut self) -> Status {
-        let progress = self.progress.try_get().unwrap_or_default();
+        let (progress, path_cycles) = path::with(|path| (path.progress, path.cycles()));
+        let analysers = path::with(|path| path.analysers.each_ref().map(Analyser::state));
+        let tilt = path::with(|path| path.queue.latest_values().map(quick_look::sums));
         let supply = self.supply.try_get();
         let calibrated_c = self.active.try_get().map(|active| active.temperature_c);
         let in_calibrated_range = supply
@@ -251,11 +263,11 @@ impl Desk {
             uptime_ms: Instant::now().as_millis(),
             rate_hz: progress.rate_hz,
             scans: progress.scans,
-            block: BlockSize::default(),
-            first_lost_scan: None,
-            faults: 0,
-            path_cycles: PathCycles::default(),
-            analysers: [HarmonicState::Idle; 3],
+            block: progress.block,
+            first_lost_scan: progress.first_lost,
+            faults: progress.faults,
+            path_cycles,
+            analysers,
             scans_lost: progress.lost,
             blocks_dropped: progress.dropped,
             frames_damaged: self.frames_damaged,
@@ -263,14 +275,58 @@ impl Desk {
             supply: supply.map_or(f32::NAN, Reading::factor),
             temperature_c: supply.map_or(f32::NAN, |reading| reading.temperature_c),
             in_calibrated_range,
-            tilt_approximate_rad: self.tilt,
+            tilt_approximate_rad: tilt.map(quick_look::tilt),
             panic: self.origin.panic.clone(),
         }
     }
 }
 
-fn check_capacity(content: StreamContent, rate_hz: u32) -> Result<(), Refusal> {
-    let bits_per_s = telemetry::bits_per_second(content, rate_hz, BlockSize::default());
+/// Sums of one channel at the drive frequency of one analyser.
+fn harmonics(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
+    if usize::from(channel) >= CHANNELS {
+        return Err(Refusal::Channel { channel });
+    }
+    let (state, report) = path::with(|path| {
+        let found = path.analysers.get(usize::from(analyser))?;
+        Some((found.state(), found.report(channel.into())))
+    })
+    .ok_or(Refusal::Analyser { analyser })?;
+    let (drive, first_scan, sums) = report.unwrap_or((NO_DRIVE, 0, ChannelSums::default()));
+    Ok(Outcome::Answer(Response::Harmonics {
+        state,
+        drive,
+        first_scan,
+        sums,
+    }))
+}
+
+fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header {
+    Header {
+        first_scan: piece.first_scan,
+        scans: piece.scans as u8,
+        rate_hz: progress.rate_hz,
+        supply: piece.context.supply,
+        temperature_c: piece.context.temperature_c,
+        set: piece.context.set,
+        dropped: progress.dropped,
+        content,
+    }
+}
+
+/// The jacks of a piece, which is a block of its own to the pose.
+fn jacks_of(piece: &Piece) -> Option<JackBlock> {
+    let mut sums = [0; JACKS];
+    add_up(piece.samples.jacks, &mut sums);
+    Some(JackBlock {
+        first_scan: piece.first_scan,
+        supply: piece.context.supply,
+        block: BlockSize::of_scans(piece.scans)?,
+        sums,
+    })
+}
+
+fn check_capacity(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
     if bits_per_s > telemetry::LIMIT_BITS_PER_S {
         return Err(Refusal::LinkCapacity {
             bits_per_s,

@@ -3,15 +3,17 @@
 //! ```text
 //!           supply ──────────────┐ c, temperature
 //!                                ▼
-//!  converters ─blocks─▶ sampling ─blocks─▶ link ◀─bytes─▶ host
-//!                         ▲  ▲  └progress──▲ │
-//!             active set ─┘  └──commands─────┤
-//!                 storage ◀─────commands─────┘     answers of both ─▶ link
+//!                            sampling
+//!                         starts │ ▲ faults
+//!  converters ─blocks─▶ sample path ─blocks─▶ link ◀─bytes─▶ host
+//!                         ▲      └──drives, sums──┤
+//!             active set ─┘ sampling ◀──commands──┤
+//!                           storage  ◀──commands──┘     answers of both ─▶ link
 //!                  └──base──▶ pose ◀──jacks── link ◀──poses── pose
 //! ```
 //!
-//! Blocks go through a channel of their own, in place (see [`super::sampling::Blocks`]). A *latest* value has one
-//! writer and overwrites itself; a command is answered exactly once.
+//! What the sample path shares is in [`super::path`]. A *latest* value has one writer and overwrites itself; a command is
+//! answered exactly once.
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -38,22 +40,9 @@ pub struct Active {
     pub calibrator: Calibrator,
 }
 
-/// How far the sample path has come since the start.
-#[derive(Clone, Copy, Default, defmt::Format)]
-pub struct Progress {
-    /// Scan rate, Hz.
-    pub rate_hz: u32,
-    /// Scans taken.
-    pub scans: u64,
-    /// Scans lost in the converters or their rings.
-    pub lost: u64,
-    /// Blocks that the link had no room for.
-    pub dropped: u32,
-}
-
 /// Signs of life; the watchdog is fed when all three have come.
 pub struct Alive {
-    /// A block was handled.
+    /// Blocks come.
     pub sampling: Signal<Guard, ()>,
     /// The link took its turn.
     pub link: Signal<Guard, ()>,
@@ -67,19 +56,17 @@ pub struct Exchange {
     pub supply: Watch<Guard, supply::Reading, 2>,
     /// Latest active set, once there is one: to sampling and link.
     pub active: Watch<Guard, Active, 2>,
-    /// Latest progress of the sample path: to the link.
-    pub progress: Watch<Guard, Progress, 1>,
     /// Base of a new active set: storage to pose.
     pub base: Signal<Guard, pose::Base>,
     /// Jacks of the latest block that the link has sent: to pose.
     pub jacks: Signal<Guard, JackBlock>,
     /// Latest pose, or why there is none: to the link.
     pub pose: Signal<Guard, PoseReport>,
-    /// Link to sample path.
+    /// Link to the sampling task.
     pub to_sampling: Channel<Guard, sampling::Command, 1>,
     /// Link to storage.
     pub to_storage: Channel<Guard, storage::Command, 1>,
-    /// Sample path and storage to link: one answer for each command.
+    /// Sampling task and storage to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
     /// To the supervisor.
     pub alive: Alive,
@@ -91,7 +78,6 @@ impl Exchange {
         Self {
             supply: Watch::new(),
             active: Watch::new(),
-            progress: Watch::new(),
             base: Signal::new(),
             jacks: Signal::new(),
             pose: Signal::new(),

@@ -8,29 +8,20 @@
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, Uart, UartTx};
-use embassy_sync::zerocopy_channel;
 use hexsense::wire::frame::Deframer;
 use hexsense::wire::{BAUD, MAX_FRAME};
 use static_cell::ConstStaticCell;
 
 use super::desk::{Desk, MAX_REQUEST_FRAME};
-use super::exchange::{Exchange, Guard};
+use super::exchange::Exchange;
 use super::identity::Origin;
+use super::path;
 use super::pins::{self, Irqs};
-use super::sampling::Block;
 use super::timing::RECEIVE_RING;
-
-/// The link's end of the queue of blocks.
-pub type Blocks = zerocopy_channel::Receiver<'static, Guard, Block>;
 
 /// Talks to the host for ever.
 #[embassy_executor::task]
-pub async fn talk(
-    parts: pins::Serial,
-    origin: Origin,
-    exchange: &'static Exchange,
-    mut blocks: Blocks,
-) -> ! {
+pub async fn talk(parts: pins::Serial, origin: Origin, exchange: &'static Exchange) -> ! {
     static RING: ConstStaticCell<[u8; RECEIVE_RING]> = ConstStaticCell::new([0; RECEIVE_RING]);
     let mut config = Config::default();
     config.baudrate = BAUD;
@@ -57,7 +48,7 @@ pub async fn talk(
         exchange.alive.link.signal(());
         match select4(
             rx.read(&mut input),
-            blocks.receive(),
+            path::block_waits(),
             exchange.answers.receive(),
             exchange.pose.wait(),
         )
@@ -76,9 +67,8 @@ pub async fn talk(
                 desk.count_damaged();
                 rx.start_uart();
             }
-            Either4::Second(block) => {
-                let length = desk.pass_on(block, &mut sender.frame);
-                blocks.receive_done();
+            Either4::Second(()) => {
+                let length = desk.pass_on(&mut sender.frame);
                 sender.send(length).await;
             }
             Either4::Third(answer) => {

@@ -6,9 +6,11 @@
 //! | [`clock`] | crystal → 150 MHz |
 //! | [`timing`] | every timing constant, with its reason, checked while building |
 //! | [`pins`] | which pin, converter, DMA channel and interrupt belongs to what |
-//! | [`trigger`], [`acquisition`] | timer → converters → DMA rings → blocks of sixteen scans |
+//! | [`trigger`], [`acquisition`] | timer → converters → DMA rings → blocks of scans |
 //! | [`supply`] | supply voltage and temperature, slowly |
-//! | [`sampling`] | the sample path: sums, calibrated values, blocks for the link |
+//! | [`path`] | the sample path, in an interrupt: calibrated values, sums, blocks for the link |
+//! | [`queue`] | blocks on their way to the link |
+//! | [`sampling`] | the task above it: starts, rates, blocks, faults |
 //! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
 //! | [`pose`] | the board's own pose, from the jacks |
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
@@ -25,8 +27,10 @@ pub mod exchange;
 pub mod identity;
 pub mod link;
 pub mod panic;
+pub mod path;
 pub mod pins;
 pub mod pose;
+pub mod queue;
 pub mod quick_look;
 pub mod sampling;
 pub mod start;

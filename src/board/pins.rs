@@ -22,10 +22,12 @@ use embassy_stm32::peripherals::{
 use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, usart};
 use hexsense::channel::{INERTIAL, JACKS};
 
+use super::path;
+
 bind_interrupts!(
     /// Every interrupt that a driver handles.
     pub struct Irqs {
-        DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
+        DMA1_CHANNEL1 => path::SampleInterrupt, dma::InterruptHandler<DMA1_CH1>;
         DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
         DMA1_CHANNEL3 => dma::InterruptHandler<DMA1_CH3>;
         DMA1_CHANNEL4 => dma::InterruptHandler<DMA1_CH4>;
@@ -35,11 +37,27 @@ bind_interrupts!(
     }
 );
 
-/// The sample path: below the drivers' interrupts (P0), which only move data and wake tasks.
+/// The sample path: above everything else.
+pub const SAMPLE_PRIORITY: Priority = Priority::P0;
+/// Interrupts of drivers, which only move data and wake tasks.
+pub const DRIVER_PRIORITY: Priority = Priority::P2;
+/// The task above the sample path.
 pub const SAMPLING_PRIORITY: Priority = Priority::P4;
 /// The link. Pose, storage, supply and supervisor run below every interrupt.
 pub const LINK_PRIORITY: Priority = Priority::P8;
-/// Vector of an unused peripheral that runs the sample path's executor.
+/// The sample interrupt: DMA of the converter that ends last.
+pub const SAMPLE_VECTOR: interrupt::Interrupt = interrupt::Interrupt::DMA1_CHANNEL1;
+/// The other drivers' interrupts but those of DMA.
+pub const DRIVER_VECTORS: [interrupt::Interrupt; 3] = [
+    interrupt::Interrupt::LPUART1,
+    interrupt::Interrupt::FLASH,
+    interrupt::Interrupt::TIM1_BRK_TIM15,
+];
+/// Number of the inertial channels' DMA channel, from 0.
+pub const INERTIAL_DMA: usize = 0;
+/// Number of the jacks' DMA channel, from 0.
+pub const JACK_DMA: usize = 1;
+/// Vector of an unused peripheral that runs the sampling task's executor.
 pub const SAMPLING_VECTOR: interrupt::Interrupt = interrupt::Interrupt::I2C4_EV;
 /// Vector of an unused peripheral that runs the link's executor.
 pub const LINK_VECTOR: interrupt::Interrupt = interrupt::Interrupt::I2C4_ER;

@@ -9,12 +9,15 @@
 //! The functions are micromath's, fast and coarse (an arctangent is off by up to 3 mrad). Nothing that is stored,
 //! estimated or reported as a measurement is computed here.
 
-use hexsense::sampling::{BLOCK, Values};
+use hexsense::sampling::Values;
 use micromath::F32Ext;
 
-/// Roll and pitch, rad, from a block's calibrated values; wrong while the base accelerates.
-pub fn tilt(values: &[Values; BLOCK]) -> [f32; 2] {
-    let sum = |axis: usize| values.iter().map(|scan| scan[axis]).sum::<f32>();
-    let (ax, ay, az) = (sum(0), sum(1), sum(2));
+/// Sums of ax, ay and az over a block's calibrated values.
+pub fn sums(values: &[Values]) -> [f32; 3] {
+    [0, 1, 2].map(|axis| values.iter().map(|scan| scan[axis]).sum::<f32>())
+}
+
+/// Roll and pitch, rad, from a block's [`sums`]; wrong while the base accelerates.
+pub fn tilt([ax, ay, az]: [f32; 3]) -> [f32; 2] {
     [(-az).atan2(ay), ax.atan2((ay * ay + az * az).sqrt())]
 }

@@ -5,19 +5,18 @@ use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::rcc;
-use embassy_sync::zerocopy_channel;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::exchange::{Exchange, Guard};
+use super::exchange::Exchange;
 use super::identity::Origin;
-use super::sampling::{Block, QUEUED};
-use super::{clock, link, pins, pose, sampling, storage, supervisor, supply};
+use super::{clock, link, path, pins, pose, sampling, storage, supervisor, supply};
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static LINK: InterruptExecutor = InterruptExecutor::new();
 
 #[embassy_stm32::interrupt]
 unsafe fn I2C4_EV() {
+    path::announce();
     // SAFETY: this is the vector that the executor is started on.
     unsafe { SAMPLING.on_interrupt() }
 }
@@ -31,8 +30,6 @@ unsafe fn I2C4_ER() {
 #[entry]
 fn main() -> ! {
     static EXCHANGE: ConstStaticCell<Exchange> = ConstStaticCell::new(Exchange::new());
-    static BLOCKS: ConstStaticCell<[Block; QUEUED]> = ConstStaticCell::new([Block::EMPTY; QUEUED]);
-    static QUEUE: StaticCell<zerocopy_channel::Channel<'static, Guard, Block>> = StaticCell::new();
     static BACKGROUND: StaticCell<Executor> = StaticCell::new();
 
     let (config, source) = clock::configuration();
@@ -42,23 +39,33 @@ fn main() -> ! {
     defmt::info!("clock {}, last panic {}", source, origin.panic.as_deref());
 
     let exchange: &'static Exchange = EXCHANGE.take();
-    let (blocks_in, blocks_out) = QUEUE
-        .init(zerocopy_channel::Channel::new(BLOCKS.take()))
-        .split();
     let board = origin.board;
     let parts = pins::assign(chip);
 
+    count_cycles();
+    pins::SAMPLE_VECTOR.set_priority(pins::SAMPLE_PRIORITY);
+    for vector in pins::DRIVER_VECTORS {
+        vector.set_priority(pins::DRIVER_PRIORITY);
+    }
     pins::SAMPLING_VECTOR.set_priority(pins::SAMPLING_PRIORITY);
     pins::LINK_VECTOR.set_priority(pins::LINK_PRIORITY);
     // A task cannot be spawned twice, and each is spawned once here.
     let sampling = SAMPLING.start(pins::SAMPLING_VECTOR);
-    sampling.spawn(sampling::sample(parts.acquisition, exchange, blocks_in).unwrap());
+    sampling.spawn(sampling::sample(parts.acquisition, exchange).unwrap());
     let link = LINK.start(pins::LINK_VECTOR);
-    link.spawn(link::talk(parts.serial, origin, exchange, blocks_out).unwrap());
+    link.spawn(link::talk(parts.serial, origin, exchange).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
         background.spawn(storage::store(parts.flash, board, exchange).unwrap());
         background.spawn(pose::find(exchange).unwrap());
         background.spawn(supply::measure(parts.supply, exchange).unwrap());
         background.spawn(supervisor::supervise(parts.watchdog, exchange).unwrap());
     })
+}
+
+/// Starts the core's cycle counter, which stands still until debugging is enabled.
+fn count_cycles() {
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+    }
 }

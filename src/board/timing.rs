@@ -1,18 +1,19 @@
 //! Every timing constant of the board, with its reason.
 //!
-//! The chain from crystal to sample is exact: 24 MHz · 25 / 4 = 150 MHz; TIM6 divides that by 3 and by a whole
+//! The chain from crystal to sample is exact: 24 MHz · 25 / 4 = 150 MHz; TIM6 divides that by 4 and by a whole
 //! number for each rate; so 1, 2 and 4 kHz are what they say, to the crystal's tolerance.
 
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense::sampling::{BLOCK, RANK_NS, RATES_HZ};
+use hexsense::sampling::{BlockSize, RANK_NS, RATES_HZ};
 use hexsense::wire::pose;
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
-/// Clock of the converters, Hz: a quarter of the bus clock. 60 MHz is their limit, and a half would exceed it.
-pub const ADC_HZ: u32 = CORE_HZ / 4;
+/// Clock of the converters, Hz: the PLL's 300 MHz divided by 8. Their limit is 60 MHz for one alone and 52 MHz with all
+/// running.
+pub const ADC_HZ: u32 = 300_000_000 / 8;
 
 /// Conversions that the hardware adds up into one count.
 pub const OVERSAMPLING: u32 = 16;
@@ -27,8 +28,9 @@ pub const CONVERSION_CYCLES: u32 = 60;
 /// Duration of a whole scan, ns: nine ranks of ADC1, while ADC2 does six beside them.
 pub const SCAN_NS: u32 = RANK_NS * INERTIAL as u32;
 
-/// Prescaler of TIM6: without it a period of 1 kHz does not fit into 16 bits.
-pub const TRIGGER_PRESCALER: u32 = 3;
+/// Prescaler of TIM6: without it a period of 1 kHz does not fit into 16 bits. As the converters' clock is a quarter of
+/// the core's, every trigger meets it in the same phase.
+pub const TRIGGER_PRESCALER: u32 = 4;
 
 /// Cycles of the prescaled timer clock in one period at `rate_hz`.
 pub const fn trigger_ticks(rate_hz: u32) -> u32 {
@@ -70,9 +72,15 @@ const _: () = {
     }
 };
 
-/// How long to wait for a block before the converters count as stuck: three blocks.
-pub fn block_timeout(rate_hz: u32) -> Duration {
-    Duration::from_micros(3 * BLOCK as u64 * 1_000_000 / u64::from(rate_hz))
+/// From starting the timer to the first trigger, µs: time for nothing more than to start, and well below the pause of
+/// 1 ms after which a conversion may be wrong.
+pub const FIRST_TRIGGER_US: u32 = 100;
+
+/// How long to wait for a block before the converters count as stuck: three blocks, and not so short that looking costs
+/// more than sampling.
+pub fn block_timeout(rate_hz: u32, block: BlockSize) -> Duration {
+    let blocks = Duration::from_micros(3 * block.scans() as u64 * 1_000_000 / u64::from(rate_hz));
+    blocks.max(Duration::from_millis(10))
 }
 
 /// Supply and temperature change over seconds; ten readings a second leave room for averaging.

@@ -4,7 +4,7 @@ use embassy_stm32::Peri;
 use embassy_stm32::peripherals::TIM6;
 use embassy_stm32::timer::low_level::{MasterMode, Timer};
 
-use super::timing::{TRIGGER_PRESCALER, trigger_ticks};
+use super::timing::{CORE_HZ, FIRST_TRIGGER_US, TRIGGER_PRESCALER, trigger_ticks};
 
 /// TIM6 as a trigger; stopped when dropped.
 pub struct Trigger<'d>(Timer<'d, TIM6>);
@@ -19,11 +19,14 @@ impl<'d> Trigger<'d> {
             .write(|arr| arr.set_arr((trigger_ticks(rate_hz) - 1) as u16));
         // Loads prescaler and period, while the converters do not listen yet.
         timer.generate_update_event();
+        let first = CORE_HZ / 1_000_000 * FIRST_TRIGGER_US / TRIGGER_PRESCALER;
+        regs.cnt()
+            .write(|count| count.set_cnt((trigger_ticks(rate_hz) - first) as u16));
         regs.cr2().modify(|cr2| cr2.set_mms(MasterMode::UPDATE));
         Self(timer)
     }
 
-    /// Starts the clock: the first trigger comes one period later.
+    /// Starts the clock: the first trigger comes [`FIRST_TRIGGER_US`] later.
     pub fn start(&self) {
         self.0.start();
     }

@@ -133,30 +133,36 @@ pub fn encode(
     out: &mut [u8],
 ) -> Result<usize, FrameError> {
     frame::encode(Kind::Block, sequence, out, |payload| {
-        let scans = usize::from(header.scans);
-        let mut used = postcard::to_slice(header, payload).ok()?.len();
-        if header.content.counts {
-            let bytes = payload.get_mut(used..used + scans * COUNT_BYTES)?;
-            let (inertial, jacks) = (samples.inertial.get(..scans)?, samples.jacks.get(..scans)?);
-            let counts = inertial.iter().zip(jacks);
-            for (bytes, (inertial, jacks)) in bytes.chunks_exact_mut(COUNT_BYTES).zip(counts) {
-                let counts = inertial.iter().chain(jacks);
-                for (bytes, count) in bytes.chunks_exact_mut(2).zip(counts) {
-                    bytes.copy_from_slice(&count.to_le_bytes());
-                }
-            }
-            used += scans * COUNT_BYTES;
-        }
-        if header.content.values {
-            let bytes = payload.get_mut(used..used + scans * VALUE_BYTES)?;
-            let values = samples.values.get(..scans)?.as_flattened();
-            for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
-                bytes.copy_from_slice(&value.to_le_bytes());
-            }
-            used += scans * VALUE_BYTES;
-        }
-        Some(used)
+        write(header, samples, payload)
     })
+}
+
+/// Writes header and samples into the payload of a frame and returns their length; `None` when the payload is too
+/// short or samples are missing.
+pub fn write(header: &Header, samples: Samples<'_>, payload: &mut [u8]) -> Option<usize> {
+    let scans = usize::from(header.scans);
+    let mut used = postcard::to_slice(header, payload).ok()?.len();
+    if header.content.counts {
+        let bytes = payload.get_mut(used..used + scans * COUNT_BYTES)?;
+        let (inertial, jacks) = (samples.inertial.get(..scans)?, samples.jacks.get(..scans)?);
+        let counts = inertial.iter().zip(jacks);
+        for (bytes, (inertial, jacks)) in bytes.chunks_exact_mut(COUNT_BYTES).zip(counts) {
+            let counts = inertial.iter().chain(jacks);
+            for (bytes, count) in bytes.chunks_exact_mut(2).zip(counts) {
+                bytes.copy_from_slice(&count.to_le_bytes());
+            }
+        }
+        used += scans * COUNT_BYTES;
+    }
+    if header.content.values {
+        let bytes = payload.get_mut(used..used + scans * VALUE_BYTES)?;
+        let values = samples.values.get(..scans)?.as_flattened();
+        for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
+            bytes.copy_from_slice(&value.to_le_bytes());
+        }
+        used += scans * VALUE_BYTES;
+    }
+    Some(used)
 }
 
 /// Decodes the payload of a block frame; `None` when it is not a block of this version.

@@ -15,7 +15,11 @@ pub fn print_counts(machine: &Machine) {
     if let Some(counts) = machine.counts() {
         println!(
             "{}",
-            serde_json::json!({ "executed": machine.executed(), "counts": counts })
+            serde_json::json!({
+                "executed": machine.executed(),
+                "counts": counts,
+                "triggers": machine.bus().triggers.runs(),
+            })
         );
     }
 }

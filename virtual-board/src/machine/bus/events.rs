@@ -249,9 +249,13 @@ impl Bus {
         let Some(source) = TIMERS[timer].adc_trigger else {
             return;
         };
+        let mut began = false;
         for index in 0..self.adc.len() {
-            self.adc[index].trigger(source, self.now);
+            began |= self.adc[index].trigger(source, self.now);
             self.set_deadline(FIRST_ADC + index, self.adc[index].next_event());
+        }
+        if began {
+            self.triggers.note(self.now, self.now_s());
         }
     }
 

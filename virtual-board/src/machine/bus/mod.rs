@@ -8,6 +8,7 @@ mod clocks;
 pub mod events;
 pub mod map;
 pub mod remarks;
+pub mod triggers;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng};
@@ -15,6 +16,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng};
 use self::events::SOURCES;
 use self::map::{TIMERS, Unit};
 use self::remarks::Remarks;
+use self::triggers::Triggers;
 use super::clock::{OscillatorErrors, Timebase};
 use super::memory::{Block, FlashMemory, RAM_SIZE};
 use super::system_memory;
@@ -78,6 +80,8 @@ pub struct Bus {
     pub pins: Pins,
     /// The watchdog.
     pub iwdg: Iwdg,
+    /// When the converters were triggered.
+    pub triggers: Triggers,
     /// What has been remarked on.
     pub remarks: Remarks,
     /// Where the core is, roughly, for remarks.
@@ -142,6 +146,7 @@ impl Bus {
             pins,
             iwdg: Iwdg::new(core_hz),
             remarks: Remarks::default(),
+            triggers: Triggers::default(),
             near_pc: 0,
             reset_request: None,
             clock_changed: false,

@@ -206,12 +206,14 @@ impl Adc {
         Ok(())
     }
 
-    /// A pulse on trigger input `source` (number in EXTSEL) at `now`.
-    pub fn trigger(&mut self, source: u32, now: Cycles) {
+    /// A pulse on trigger input `source` (number in EXTSEL) at `now`; whether the converter waited for it.
+    pub fn trigger(&mut self, source: u32, now: Cycles) -> bool {
         let listens = field(self.cfgr, 10, 2) != 0 && field(self.cfgr, 5, 5) == source;
-        if listens && self.cr & ADSTART != 0 && self.conversion.is_none() {
+        let begins = listens && self.cr & ADSTART != 0 && self.conversion.is_none();
+        if begins {
             self.begin(1, now + self.half_clocks(TRIGGER_LATENCY_HALF_CLOCKS));
         }
+        begins
     }
 
     /// Whether the interrupt line is high.

@@ -1,0 +1,57 @@
+//! From the trigger of a block's last scan to its calibrated values, and to its first bit on the line.
+
+use hexsense::sampling::{BlockSize, RANK_NS};
+use hexsense::wire::Request;
+
+use crate::bench::Board;
+use crate::set::upload;
+
+/// The core's clock, MHz.
+const CORE_MHZ: f64 = 150.0;
+
+/// Prints a row for each block: `cargo test -p host-tests --test board -- --ignored --nocapture latency`.
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() {
+    println!("| block | values, µs | path, cycles | first bit, µs: least | most |");
+    for block in BlockSize::ALL {
+        let mut board = Board::on(&format!("latency-{}", block.scans()));
+        upload(&mut board, 1);
+        board.stream(false, false);
+        board.run_s(0.1);
+        board.blocks.clear();
+        board.order(&Request::Block(block));
+        board.run_s(1.0);
+        let cycles = board.status().path_cycles;
+        let blocks = std::mem::take(&mut board.blocks);
+        let run = board.triggers().pop().unwrap();
+        // The converters started anew where the scan counter leaps.
+        let leap = blocks
+            .windows(2)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .rposition(|pair| {
+                let [before, after] = [&pair[0], &pair[1]].map(|arrived| &arrived.block.header);
+                before.first_scan + u64::from(before.scans) != after.first_scan
+            });
+        let blocks = &blocks[leap.expect("a pause loses scans") + 1..];
+        let first_scan = blocks[0].block.header.first_scan;
+        let late = blocks.iter().map(|arrived| {
+            let header = arrived.block.header;
+            let last = header.first_scan + u64::from(header.scans) - 1;
+            let trigger_us = run.first_ns as f64 * 1e-3 + (last - first_scan) as f64 * 1e3;
+            arrived.at_us as f64 - arrived.bytes as f64 * 5.0 - trigger_us
+        });
+        let least = late.clone().fold(f64::INFINITY, f64::min);
+        let most = late.fold(f64::NEG_INFINITY, f64::max);
+        let path_us = f64::from(cycles.max) / CORE_MHZ;
+        let value_us = 9.0 * f64::from(RANK_NS) * 1e-3 + path_us;
+        println!(
+            "| {} | {value_us:.1} | {} to {} | {least:.0} | {most:.0} |",
+            block.scans(),
+            cycles.min,
+            cycles.max
+        );
+        assert!(path_us < 100.0, "{block:?}: {path_us} µs");
+    }
+}

@@ -1,0 +1,101 @@
+//! The stream: whole at every block and rate that the link carries, and its values those of its counts.
+
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::increment;
+use hexsense::sampling::{BlockSize, Calibrator};
+use hexsense::wire::{Drive, Request, Response};
+
+use crate::bench::Board;
+use crate::set::upload;
+
+/// Frames follow each other without a gap from the first on.
+fn assert_whole(board: &Board, what: &str) {
+    assert!(board.blocks.len() > 5, "{what}: nothing came");
+    for pair in board.blocks.windows(2) {
+        let [before, after] = [&pair[0], &pair[1]].map(|arrived| &arrived.block.header);
+        let due = before.first_scan + u64::from(before.scans);
+        assert_eq!(after.first_scan, due, "{what}");
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn streamed_values_are_those_of_the_streamed_counts_bit_for_bit_at_every_block() {
+    let mut board = Board::on("values");
+    let set = upload(&mut board, 1);
+    let calibrator = Calibrator::new(&set);
+    board.stream(true, false);
+    for block in BlockSize::ALL {
+        let before = board.status().scans_lost;
+        board.order(&Request::Block(block));
+        let lost = board.status().scans_lost - before;
+        // A pause of some milliseconds, and what had not filled a block.
+        assert!(lost < 40, "{lost} scans were lost");
+        board.run_s(0.05);
+        board.blocks.clear();
+        board.run_s(0.5);
+        assert_whole(&board, &format!("{block:?}"));
+        for arrived in &board.blocks {
+            let header = &arrived.block.header;
+            assert_eq!(usize::from(header.scans), block.scans().min(16));
+            let counts = arrived.block.counts.as_ref().unwrap();
+            for (scan, values) in counts.iter().zip(arrived.block.values.as_ref().unwrap()) {
+                let expected = calibrator.apply(scan, header.supply).map(f32::to_bits);
+                assert_eq!(values.map(f32::to_bits), expected);
+            }
+        }
+    }
+    let status = board.status();
+    assert_eq!((status.faults, status.blocks_dropped), (0, 0));
+}
+
+/// Virtual minutes of the test below by `HEXSENSE_MINUTES`, a quarter of one without it.
+fn seconds() -> f64 {
+    let minutes = std::env::var("HEXSENSE_MINUTES");
+    minutes.map_or(15.0, |minutes| 60.0 * minutes.parse::<f64>().unwrap())
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn everything_at_four_kilohertz_loses_nothing() {
+    let mut board = Board::on("everything");
+    upload(&mut board, 1);
+    board.order(&Request::Rate(4_000));
+    let before = board.status();
+    board.stream(false, true);
+    for (analyser, frequency_hz) in [0.7, 1.9, 5.3].into_iter().enumerate() {
+        let drive = Drive {
+            increment: increment(frequency_hz, 4_000).unwrap(),
+            block: BlockSize::Sixteen,
+            settle_blocks: 10,
+            blocks: 1 << 20,
+        };
+        let analyser = analyser as u8;
+        board.order(&Request::Drive { analyser, drive });
+    }
+    let mut next = None;
+    let end_us = board.now_us + (seconds() * 1e6) as u64;
+    let mut poses = 0;
+    while board.now_us < end_us {
+        board.run_s(0.1);
+        for channel in 0..CHANNELS as u8 {
+            let analyser = channel % 3;
+            let report = board.ask(&Request::Harmonics { analyser, channel });
+            assert!(matches!(report, Response::Harmonics { .. }));
+        }
+        board.status();
+        for arrived in board.blocks.drain(..) {
+            let header = arrived.block.header;
+            assert_eq!(header.first_scan, *next.get_or_insert(header.first_scan));
+            next = Some(header.first_scan + u64::from(header.scans));
+        }
+        assert!(board.poses.drain(..).all(|pose| {
+            poses += 1;
+            pose.outcome.is_ok()
+        }));
+    }
+    let status = board.status();
+    assert_eq!(status.scans_lost, before.scans_lost);
+    assert_eq!((status.faults, status.blocks_dropped), (0, 0));
+    assert!(f64::from(poses) > 90.0 * seconds(), "{poses} poses");
+}

@@ -1,0 +1,132 @@
+//! The board's sums, bit for bit those of a replay of the counts that it streamed.
+
+use std::collections::BTreeMap;
+
+use hexsense::channel::{CHANNELS, Scan};
+use hexsense::harmonics::{ANALYSERS, Analyser, increment};
+use hexsense::sampling::{BlockSize, BlockSums};
+use hexsense::wire::{Drive, HarmonicState, Refusal, Request, Response};
+
+use crate::bench::Board;
+
+/// Counts by their scan counter.
+fn capture(board: &Board) -> BTreeMap<u64, Scan> {
+    let blocks = board.blocks.iter();
+    blocks
+        .flat_map(|arrived| {
+            let first = arrived.block.header.first_scan;
+            (first..).zip(arrived.block.counts.clone().unwrap())
+        })
+        .collect()
+}
+
+/// Every channel of an analyser that is complete, against the replay.
+fn assert_replay(board: &mut Board, analyser: u8, drive: Drive) {
+    let scans = capture(board);
+    let mut host = Analyser::new();
+    host.start(Drive {
+        settle_blocks: 0,
+        ..drive
+    });
+    for channel in 0..CHANNELS as u8 {
+        let report = board.ask(&Request::Harmonics { analyser, channel });
+        let Response::Harmonics {
+            state,
+            drive: reported,
+            first_scan,
+            sums,
+        } = report
+        else {
+            panic!("{report:?}");
+        };
+        assert_eq!((state, reported), (HarmonicState::Complete, drive));
+        if channel == 0 {
+            let length = drive.block.scans();
+            let window = u64::from(drive.blocks) * length as u64;
+            let counts: Vec<Scan> = (first_scan..first_scan + window)
+                .map(|scan| scans[&scan])
+                .collect();
+            for (block, first_scan) in counts.chunks(length).zip((first_scan..).step_by(length)) {
+                host.take(&BlockSums::of_scans(block, first_scan));
+            }
+        }
+        let (_, _, expected) = host.report(channel.into()).unwrap();
+        assert_eq!(sums, expected, "analyser {analyser}, channel {channel}");
+    }
+}
+
+fn drive(frequency_hz: f64, rate_hz: u32, block: BlockSize, settle_s: f64, length_s: f64) -> Drive {
+    let blocks = |seconds: f64| (seconds * f64::from(rate_hz)) as u32 / block.scans() as u32;
+    Drive {
+        increment: increment(frequency_hz, rate_hz).unwrap(),
+        block,
+        settle_blocks: blocks(settle_s),
+        blocks: blocks(length_s),
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() {
+    for (rate_hz, block) in [(4_000, BlockSize::Sixteen), (1_000, BlockSize::One)] {
+        let mut board = Board::on(&format!("sums-{rate_hz}"));
+        board.order(&Request::Rate(rate_hz));
+        board.order(&Request::Block(block));
+        board.stream(false, false);
+        board.blocks.clear();
+        let set = |analyser, drive| Request::Drive { analyser, drive };
+        let drives = [
+            drive(1.3, rate_hz, block, 0.2, 1.5),
+            drive(2.1, rate_hz, block, 0.0, 1.9),
+            drive(4.7, rate_hz, block, 0.5, 0.6),
+        ];
+        for (analyser, drive) in (0..).zip(drives) {
+            board.order(&set(analyser, drive));
+        }
+        board.run_s(0.7);
+        let summing = board.status().analysers;
+        assert_eq!(summing, [HarmonicState::Summing; ANALYSERS]);
+        let anew = drive(3.3, rate_hz, block, 0.1, 0.8);
+        board.order(&set(1, anew));
+        board.run_s(1.5);
+        for (analyser, drive) in [(0, drives[0]), (1, anew), (2, drives[2])] {
+            assert_replay(&mut board, analyser, drive);
+        }
+        let status = board.status();
+        assert_eq!((status.faults, status.blocks_dropped), (0, 0));
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn what_cannot_be_estimated_is_refused_by_name() {
+    let mut board = Board::on("refused");
+    let good = drive(1.0, 1_000, BlockSize::Sixteen, 0.0, 1.0);
+    let mut refused = |analyser, drive| match board.ask(&Request::Drive { analyser, drive }) {
+        Response::Refused(refusal) => Some(refusal),
+        _ => None,
+    };
+    assert_eq!(refused(2, good), None);
+    assert_eq!(refused(3, good), Some(Refusal::Analyser { analyser: 3 }));
+    let other = Drive {
+        block: BlockSize::Four,
+        ..good
+    };
+    let expected = Refusal::OtherBlock {
+        drive: 4,
+        board: 16,
+    };
+    assert_eq!(refused(0, other), Some(expected));
+    let fast = Drive {
+        increment: u64::MAX / 100,
+        ..good
+    };
+    assert!(matches!(refused(0, fast), Some(Refusal::Drive(_))));
+    board.order(&Request::Rate(4_000));
+    board.stream(false, false);
+    let answer = board.ask(&Request::Block(BlockSize::One));
+    assert!(matches!(
+        answer,
+        Response::Refused(Refusal::LinkCapacity { .. })
+    ));
+}

@@ -1,0 +1,278 @@
+//! The sample path: from the filled halves of the rings to calibrated values, harmonic sums and the link's queue, in
+//! the interrupt of the converter that ends last.
+//!
+//! | symbol | what it is |
+//! |---|---|
+//! | `DMA1_CHANNEL1` | the sample interrupt, first instruction to last |
+//! | `sample_path` | everything that is done with a block |
+//! | `sample_inertial` | the nine inertial channels: calibrated values, sums, analysers |
+//! | `hexsense::…::Prepared::block` | values and sums of the block |
+//! | `hexsense::…::Analyser::take_inertial` | the sums of one analyser, nine channels |
+//! | `hexsense::…::add_up`, `Sums<6>::add` | the same for the jacks |
+//!
+//! For one size of block, and as many analysers that sum, every block takes the same instructions: nothing branches on
+//! a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
+//! task's executor, which is pended here and runs later, see [`announce`].
+//!
+//! The state is one cell that is borrowed with interrupts masked: by the sample interrupt for a block, by the others
+//! between two blocks and for some microseconds. So a command takes effect between blocks, whole.
+//!
+//! Core cycles are taken from DWT's counter, at the interrupt's begin and when all is done.
+
+use core::cell::RefCell;
+use core::future::poll_fn;
+use core::task::Poll;
+
+use cortex_m::peripheral::DWT;
+use embassy_stm32::interrupt::InterruptExt;
+use embassy_stm32::interrupt::typelevel::{DMA1_CHANNEL1, Handler};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::signal::Signal;
+use embassy_sync::waitqueue::AtomicWaker;
+use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::harmonics::{ANALYSERS, Analyser, Step};
+use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
+use hexsense::wire::message::PathCycles;
+
+use super::acquisition::{Fault, Filled};
+use super::exchange::Guard;
+use super::pins::SAMPLING_VECTOR;
+use super::queue::{Context, Queue};
+
+static PATH: Mutex<Guard, RefCell<Path>> = Mutex::new(RefCell::new(Path::new()));
+/// The link, when it waits for a block.
+static LINK: AtomicWaker = AtomicWaker::new();
+/// A fault, on its way to the sampling task.
+static FAULT: Signal<Guard, Fault> = Signal::new();
+
+/// How far the sample path has come since the start.
+#[derive(Clone, Copy, defmt::Format)]
+pub struct Progress {
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
+    /// Scans of a block.
+    #[defmt(Debug2Format)]
+    pub block: BlockSize,
+    /// Scans taken.
+    pub scans: u64,
+    /// Scans lost in the converters or their rings, or while those were started anew.
+    pub lost: u64,
+    /// Scan counter of the first that was lost.
+    pub first_lost: Option<u64>,
+    /// Times that a fault ended a run.
+    pub faults: u32,
+    /// Blocks that the link had no room for.
+    pub dropped: u32,
+}
+
+/// State of the sample path.
+pub struct Path {
+    /// How far it has come.
+    pub progress: Progress,
+    /// The analysers.
+    pub analysers: [Analyser; ANALYSERS],
+    /// Blocks for the link.
+    pub queue: Queue,
+    /// Whether the link wants blocks.
+    pub wanted: bool,
+    prepared: Prepared,
+    running: bool,
+    cycles: PathCycles,
+}
+
+impl Path {
+    /// All zero, so that it takes no flash.
+    const fn new() -> Self {
+        Self {
+            progress: Progress {
+                rate_hz: 0,
+                block: BlockSize::One,
+                scans: 0,
+                lost: 0,
+                first_lost: None,
+                faults: 0,
+                dropped: 0,
+            },
+            analysers: [const { Analyser::new() }; ANALYSERS],
+            queue: Queue::new(),
+            wanted: false,
+            prepared: Prepared::NONE,
+            running: false,
+            cycles: PathCycles {
+                min: 0,
+                max: 0,
+                last: 0,
+            },
+        }
+    }
+
+    /// Scan counter of the next block.
+    pub fn next_scan(&self) -> u64 {
+        self.progress.scans + self.progress.lost
+    }
+
+    /// Begins a run after `lost` scans that were not taken; the analysers stop.
+    pub fn begin(&mut self, rate_hz: u32, block: BlockSize, lost: u64) {
+        if lost > 0 {
+            self.progress.first_lost.get_or_insert(self.next_scan());
+        }
+        self.progress.lost += lost;
+        (self.progress.rate_hz, self.progress.block) = (rate_hz, block);
+        self.queue.restart(block);
+        self.analysers
+            .iter_mut()
+            .for_each(|analyser| *analyser = Analyser::new());
+        self.cycles = PathCycles {
+            min: u32::MAX,
+            max: 0,
+            last: 0,
+        };
+        self.running = true;
+    }
+
+    /// Ends the run: blocks that still come are passed over.
+    pub fn end(&mut self) {
+        self.running = false;
+    }
+
+    /// The supply and set of the next blocks; `false` when they must be offered again later.
+    pub fn set_context(&mut self, context: Context, prepared: &Prepared) -> bool {
+        let taken = self.queue.set_context(context);
+        if taken {
+            self.prepared.clone_from(prepared);
+        }
+        taken
+    }
+
+    /// Core cycles of the blocks of this run.
+    pub fn cycles(&self) -> PathCycles {
+        if self.cycles.max == 0 {
+            PathCycles::default()
+        } else {
+            self.cycles
+        }
+    }
+
+    /// Takes the block whose interrupt this is, which began at cycle `begun`.
+    #[inline(always)]
+    fn interrupt(&mut self, begun: u32) {
+        let Some(filled) = Filled::take(self.progress.block).filter(|_| self.running) else {
+            return;
+        };
+        let done = filled.and_then(|filled| {
+            self.sample(&filled);
+            filled.is_whole().then_some(()).ok_or(Fault::Late)
+        });
+        match done {
+            Ok(()) => self.finish(begun),
+            Err(fault) => {
+                self.running = false;
+                self.progress.faults += 1;
+                FAULT.signal(fault);
+            }
+        }
+    }
+
+    // SAFETY: no other symbol of the program has this name.
+    #[unsafe(export_name = "sample_path")]
+    #[inline(never)]
+    fn sample(&mut self, filled: &Filled) {
+        let first_scan = self.next_scan();
+        let slot = self.queue.slot();
+        let steps = sample_inertial(
+            &self.prepared,
+            &mut self.analysers,
+            first_scan,
+            filled.inertial,
+            slot.values,
+        );
+        let mut jacks = [0; JACKS];
+        add_up(filled.jacks, &mut jacks);
+        for (analyser, step) in self.analysers.iter_mut().zip(&steps) {
+            if let Some(step) = step {
+                analyser.take_jacks(step, &jacks);
+            }
+        }
+        slot.inertial.copy_from_slice(filled.inertial);
+        slot.jacks.copy_from_slice(filled.jacks);
+    }
+
+    /// Counts the block and hands it to the link.
+    #[inline(always)]
+    fn finish(&mut self, begun: u32) {
+        let kept = self.queue.close(self.next_scan(), self.wanted);
+        self.progress.dropped += u32::from(self.wanted & !kept);
+        self.progress.scans += self.progress.block.scans() as u64;
+        let last = DWT::cycle_count().wrapping_sub(begun);
+        self.cycles = PathCycles {
+            min: self.cycles.min.min(last),
+            max: self.cycles.max.max(last),
+            last,
+        };
+    }
+}
+
+/// The nine inertial channels of a block.
+// SAFETY: no other symbol of the program has this name.
+#[unsafe(export_name = "sample_inertial")]
+#[inline(never)]
+fn sample_inertial(
+    prepared: &Prepared,
+    analysers: &mut [Analyser; ANALYSERS],
+    first_scan: u64,
+    counts: &[[u16; INERTIAL]],
+    values: &mut [Values],
+) -> [Option<Step>; ANALYSERS] {
+    let mut sums = [0; INERTIAL];
+    prepared.block(counts, values, &mut sums);
+    analysers
+        .each_mut()
+        .map(|analyser| analyser.take_inertial(first_scan, &sums))
+}
+
+/// The sample interrupt.
+pub struct SampleInterrupt;
+
+impl Handler<DMA1_CHANNEL1> for SampleInterrupt {
+    unsafe fn on_interrupt() {
+        let begun = DWT::cycle_count();
+        with(|path| path.interrupt(begun));
+        SAMPLING_VECTOR.pend();
+    }
+}
+
+/// Borrows the path between two blocks; interrupts are masked meanwhile, so be short.
+#[inline(always)]
+pub fn with<R>(work: impl FnOnce(&mut Path) -> R) -> R {
+    PATH.lock(|path| work(&mut path.borrow_mut()))
+}
+
+/// Wakes the link when a block waits for it. Runs in the interrupt of the sampling task's executor.
+pub fn announce() {
+    if with(|path| path.queue.front().is_some()) {
+        LINK.wake();
+    }
+}
+
+/// Waits until a block is to be sent.
+pub async fn block_waits() {
+    poll_fn(|context| {
+        LINK.register(context.waker());
+        if with(|path| path.queue.front().is_some()) {
+            Poll::Ready(())
+        } else {
+            Poll::Pending
+        }
+    })
+    .await;
+}
+
+/// Waits for a fault of the run.
+pub async fn fault() -> Fault {
+    FAULT.wait().await
+}
+
+/// Forgets a fault of the run that is over.
+pub fn forget_fault() {
+    FAULT.reset();
+}

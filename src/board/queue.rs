@@ -1,0 +1,204 @@
+//! Blocks on their way to the link: a ring of scans, into which the sample path writes and out of which the link reads.
+//!
+//! ```text
+//! scans:  0 ┄┄┄ │ next to send ▒▒▒▒▒▒▒▒▒▒▒▒ │ latest block │ ┄┄┄ 63
+//!                 └ waiting ─────────────┘    └ written by every block, kept when it is wanted and there is room
+//! ```
+//!
+//! Room is counted in scans, so that many small blocks fit or few large ones. Every size divides the ring: a block lies
+//! in one piece. A block larger than a frame is read in two *pieces*. What the scans of a piece have in common and what
+//! seldom changes, supply, temperature and set, is a [`Context`], of which the latest few are kept.
+
+use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::sampling::{BlockSize, Values};
+use hexsense::store::SetId;
+use hexsense::wire::telemetry::{MOST_SCANS, Samples};
+
+/// Scans in the ring: 16 ms at 4 kHz, three times as long as the longest frame takes.
+const SCANS: usize = 2 * BlockSize::MOST;
+/// Contexts that are kept. The supply is read ten times a second, and no block waits for a tenth of that.
+const CONTEXTS: usize = 4;
+
+/// What the scans of a block have in common.
+#[derive(Clone, Copy)]
+pub struct Context {
+    /// Supply factor.
+    pub supply: f32,
+    /// Temperature of the die, °C.
+    pub temperature_c: f32,
+    /// Set that makes the values.
+    pub set: Option<SetId>,
+}
+
+/// First scan and context of a piece.
+#[derive(Clone, Copy)]
+struct Stamp {
+    /// Scan counter, with the index of the context above its lower 56 bits.
+    scan_and_context: u64,
+}
+
+impl Stamp {
+    const CONTEXT: u32 = 56;
+
+    fn new(first_scan: u64, context: usize) -> Self {
+        Self {
+            scan_and_context: first_scan | (context as u64) << Self::CONTEXT,
+        }
+    }
+
+    fn first_scan(self) -> u64 {
+        self.scan_and_context & ((1 << Self::CONTEXT) - 1)
+    }
+
+    fn context(self) -> usize {
+        (self.scan_and_context >> Self::CONTEXT) as usize % CONTEXTS
+    }
+}
+
+/// The next piece to send.
+pub struct Piece<'a> {
+    /// Scan counter of its first scan.
+    pub first_scan: u64,
+    /// Scans in it.
+    pub scans: usize,
+    /// What they have in common.
+    pub context: Context,
+    /// The samples.
+    pub samples: Samples<'a>,
+}
+
+/// Where the sample path writes a block.
+pub struct Slot<'a> {
+    /// Counts of the inertial channels.
+    pub inertial: &'a mut [[u16; INERTIAL]],
+    /// Counts of the jacks.
+    pub jacks: &'a mut [[u16; JACKS]],
+    /// Calibrated values.
+    pub values: &'a mut [Values],
+}
+
+/// The ring. All zero is an empty one.
+pub struct Queue {
+    inertial: [[u16; INERTIAL]; SCANS],
+    jacks: [[u16; JACKS]; SCANS],
+    values: [Values; SCANS],
+    stamps: [Stamp; SCANS],
+    contexts: [Context; CONTEXTS],
+    context: usize,
+    block: BlockSize,
+    /// Where the next block is written, a multiple of the block.
+    head: usize,
+    /// Scans before the head that wait to be sent.
+    waiting: usize,
+    /// Where the latest block is.
+    latest: usize,
+}
+
+impl Queue {
+    /// An empty queue for blocks of one scan.
+    pub const fn new() -> Self {
+        let nothing = Context {
+            supply: 0.0,
+            temperature_c: 0.0,
+            set: None,
+        };
+        Self {
+            inertial: [[0; INERTIAL]; SCANS],
+            jacks: [[0; JACKS]; SCANS],
+            values: [[0.0; INERTIAL]; SCANS],
+            stamps: [Stamp {
+                scan_and_context: 0,
+            }; SCANS],
+            contexts: [nothing; CONTEXTS],
+            context: 0,
+            block: BlockSize::One,
+            head: 0,
+            waiting: 0,
+            latest: 0,
+        }
+    }
+
+    /// Forgets what waits and goes on with blocks of another size.
+    pub fn restart(&mut self, block: BlockSize) {
+        (self.block, self.head, self.waiting, self.latest) = (block, 0, 0, 0);
+    }
+
+    /// What the next blocks have in common; `false` when a piece that waits still has the place.
+    pub fn set_context(&mut self, context: Context) -> bool {
+        let next = (self.context + 1) % CONTEXTS;
+        let oldest = self.stamps[self.tail()].context();
+        if self.waiting > 0 && oldest == next {
+            return false;
+        }
+        self.contexts[next] = context;
+        self.context = next;
+        true
+    }
+
+    /// Where the next block goes; there is always room to write it.
+    pub fn slot(&mut self) -> Slot<'_> {
+        let place = self.head..self.head + self.block.scans();
+        Slot {
+            inertial: &mut self.inertial[place.clone()],
+            jacks: &mut self.jacks[place.clone()],
+            values: &mut self.values[place],
+        }
+    }
+
+    /// Closes the block that was written to [`Self::slot`]. It is kept for the link when that is `wanted` and room for
+    /// another remains, in the same time if not; returns whether it is.
+    pub fn close(&mut self, first_scan: u64, wanted: bool) -> bool {
+        let scans = self.block.scans();
+        self.stamps[self.head] = Stamp::new(first_scan, self.context);
+        // The second piece of a block that has one, or the first once more: the same work for every size.
+        let second = scans / 2 / MOST_SCANS * MOST_SCANS;
+        self.stamps[self.head + second] = Stamp::new(first_scan + second as u64, self.context);
+        let kept = wanted & (self.waiting + 2 * scans <= SCANS);
+        let step = scans * usize::from(kept);
+        self.latest = self.head;
+        self.head = (self.head + step) % SCANS;
+        self.waiting += step;
+        kept
+    }
+
+    /// The next piece to send.
+    pub fn front(&self) -> Option<Piece<'_>> {
+        if self.waiting == 0 {
+            return None;
+        }
+        let (first, scans) = (self.tail(), self.piece());
+        let place = first..first + scans;
+        let stamp = self.stamps[first];
+        Some(Piece {
+            first_scan: stamp.first_scan(),
+            scans,
+            context: self.contexts[stamp.context()],
+            samples: Samples {
+                inertial: &self.inertial[place.clone()],
+                jacks: &self.jacks[place.clone()],
+                values: &self.values[place],
+            },
+        })
+    }
+
+    /// Gives up the piece that [`Self::front`] showed.
+    pub fn pop(&mut self) {
+        self.waiting -= self.piece().min(self.waiting);
+    }
+
+    /// Values of the latest block, whether it was kept or not, and the set that made them.
+    pub fn latest_values(&self) -> Option<&[Values]> {
+        let context = self.contexts[self.stamps[self.latest].context()];
+        context
+            .set
+            .map(|_| &self.values[self.latest..self.latest + self.block.scans()])
+    }
+
+    fn piece(&self) -> usize {
+        self.block.scans().min(MOST_SCANS)
+    }
+
+    fn tail(&self) -> usize {
+        (self.head + SCANS - self.waiting) % SCANS
+    }
+}

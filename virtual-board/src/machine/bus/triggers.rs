@@ -1,0 +1,60 @@
+//! The instants at which a timer triggered the converters: what no program on the chip can see, and on which every
+//! sample depends.
+
+use serde::Serialize;
+
+use crate::peripherals::Cycles;
+
+/// Intervals longer than this end a run of triggers: the timer stood still meanwhile. The slowest rate of any use has
+/// a period of 1 ms, 150,000 cycles.
+const LONGEST: Cycles = 300_000;
+
+/// Triggers that followed each other without a pause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct TriggerRun {
+    /// True time of the first trigger, ns.
+    pub first_ns: u64,
+    /// Number of triggers.
+    pub count: u64,
+    /// Shortest interval, core cycles; nothing of worth with fewer than two triggers.
+    pub min_cycles: Cycles,
+    /// Longest interval, core cycles.
+    pub max_cycles: Cycles,
+    #[serde(skip)]
+    last: Cycles,
+}
+
+/// All runs of triggers since power-on.
+#[derive(Debug, Default)]
+pub struct Triggers {
+    runs: Vec<TriggerRun>,
+}
+
+impl Triggers {
+    /// A trigger at cycle `now`, at `now_s` of true time.
+    pub fn note(&mut self, now: Cycles, now_s: f64) {
+        if let Some(run) = self.runs.last_mut() {
+            let interval = now.wrapping_sub(run.last);
+            let another_period = run.count > 1 && interval > 2 * run.max_cycles;
+            if interval <= LONGEST && !another_period {
+                run.count += 1;
+                run.last = now;
+                run.min_cycles = run.min_cycles.min(interval);
+                run.max_cycles = run.max_cycles.max(interval);
+                return;
+            }
+        }
+        self.runs.push(TriggerRun {
+            first_ns: (now_s * 1e9).round() as u64,
+            count: 1,
+            min_cycles: Cycles::MAX,
+            max_cycles: 0,
+            last: now,
+        });
+    }
+
+    /// The runs, oldest first.
+    pub fn runs(&self) -> &[TriggerRun] {
+        &self.runs
+    }
+}
