@@ -1,7 +1,7 @@
 //! Captures reduced to what the estimate needs.
 //!
 //! Counts are multiplied by the supply factor first. The start of the movement is found from the jacks, since a
-//! motion controller shares no clock with the board; so is the drive frequency.
+//! motion controller shares no clock with the board.
 
 use core::ops::Range;
 
@@ -17,6 +17,7 @@ use super::{AnalysisError, Run};
 const HOLD_SETTLE_S: f64 = 1.5;
 /// Distance kept from the end of a hold and from the start of the movement, s.
 const GUARD_S: f64 = 0.2;
+
 /// Means over one stretch at rest.
 #[derive(Debug, Clone)]
 pub struct Rest {
