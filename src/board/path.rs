@@ -179,12 +179,14 @@ impl Path {
     fn sample(&mut self, filled: &Filled) {
         let first_scan = self.next_scan();
         let slot = self.queue.slot();
-        let steps = sample_inertial(
+        let mut steps = [None; ANALYSERS];
+        sample_inertial(
             &self.prepared,
             &mut self.analysers,
             first_scan,
             filled.inertial,
             slot.values,
+            &mut steps,
         );
         let mut jacks = [0; JACKS];
         add_up(filled.jacks, &mut jacks);
@@ -212,7 +214,7 @@ impl Path {
     }
 }
 
-/// The nine inertial channels of a block.
+/// The nine inertial channels of a block: values and sums; `steps` are what the jacks go on with.
 // SAFETY: no other symbol of the program has this name.
 #[unsafe(export_name = "sample_inertial")]
 #[inline(never)]
@@ -222,12 +224,13 @@ fn sample_inertial(
     first_scan: u64,
     counts: &[[u16; INERTIAL]],
     values: &mut [Values],
-) -> [Option<Step>; ANALYSERS] {
+    steps: &mut [Option<Step>; ANALYSERS],
+) {
     let mut sums = [0; INERTIAL];
     prepared.block(counts, values, &mut sums);
-    analysers
-        .each_mut()
-        .map(|analyser| analyser.take_inertial(first_scan, &sums))
+    for (analyser, step) in analysers.iter_mut().zip(steps) {
+        *step = analyser.take_inertial(first_scan, &sums);
+    }
 }
 
 /// The sample interrupt.

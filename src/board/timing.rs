@@ -11,9 +11,9 @@ use hexsense::wire::pose;
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
-/// Clock of the converters, Hz: the PLL's 300 MHz divided by 8. Their limit is 60 MHz for one alone and 52 MHz with all
-/// running.
-pub const ADC_HZ: u32 = 300_000_000 / 8;
+/// Clock of the converters, Hz: the PLL's 300 MHz divided by 8, a quarter of the core's. Their limit is 60 MHz for one
+/// alone and 52 MHz with all running, and a sixth of 300 MHz would leave the pins' filters too little time.
+pub const ADC_HZ: u32 = CORE_HZ / 4;
 
 /// Conversions that the hardware adds up into one count.
 pub const OVERSAMPLING: u32 = 16;

@@ -115,6 +115,10 @@ fn the_clock_is_within_the_limits_and_is_the_one_described() {
         "prescaler of TIM6 is {:.0}",
         board.trigger_prescaler
     ));
+    // Divided by the PLL alone: 300 MHz, and nothing for the converter to divide.
+    let divider = number(between(CLOCK, "divp: Some(rcc::PllPDiv::DIV", ')'));
+    assert_eq!(300.0 / divider, clock_mhz);
+    assert_eq!(board.trigger_prescaler, board.core_hz / board.adc_hz);
     let reading_ms = 3.0 * 256.0 * (640.5 + 12.5) / board.adc_hz * 1e3;
     assert_eq!(SUPPLY.matches("SampleTime::CYCLES640_5").count(), 3);
     let period_ms = between(
