@@ -58,6 +58,10 @@ impl Bench {
     }
 
     fn record(&self, command: &str) -> Output {
+        self.record_at(command, &[])
+    }
+
+    fn record_at(&self, command: &str, rate: &[&str]) -> Output {
         let base = [
             command,
             "--geometry",
@@ -68,7 +72,7 @@ impl Bench {
             "campaign",
         ];
         let rest = ["--twin", self.control.as_str(), "--date", "1780000000"];
-        self.hexsense(&[base.as_slice(), rest.as_slice()].concat())
+        self.hexsense(&[base.as_slice(), rest.as_slice(), rate].concat())
     }
 
     /// Plans only these runs, which is less than a calibration needs but enough to record.
@@ -126,6 +130,7 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     let shown = bench.hexsense(&["show", "--json"]).stdout;
     let shown: serde_json::Value = serde_json::from_slice(&shown).unwrap();
     let text = std::fs::read_to_string(&file).unwrap();
+    let shown_id = shown["id"].as_str().map(str::to_owned);
     assert!(text.contains(shown["id"].as_str().unwrap()));
     // The base is at home, 2.13 m high, to the millimetres that its hinges and transducers are off.
     let height = shown["pose"]["y"].as_f64().unwrap();
@@ -141,11 +146,34 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     assert!(verified.status.success());
     let said = String::from_utf8(verified.stdout).unwrap();
     assert!(said.contains("poses of the board: at most"), "{said}");
-    assert!(campaign.capture("held-out").unwrap().values.is_some());
+    let capture = campaign.capture("held-out").unwrap();
+    assert!(capture.values.is_some());
+    let record = campaign.record("held-out").unwrap();
+    let sums = &record.board_sums;
+    assert_eq!(sums.len(), 3, "six sines, three analysers");
+    assert!(sums.iter().all(|sums| replay(sums, &capture).is_ok()));
+    assert_eq!(record.set.as_deref(), shown_id.as_deref());
     let report = std::fs::read_to_string(campaign.folder.join("report.html")).unwrap();
     assert!(report.contains("held-out") && report.contains("<svg"));
     let again = bench.record("calibrate");
     assert!(String::from_utf8_lossy(&again.stderr).contains("finished campaign"));
+}
+
+#[test]
+fn a_campaign_at_four_kilohertz_is_calibrated_and_not_mixed_with_another_rate() {
+    let bench = Bench::new(|_| {});
+    bench.plan_only(&["heave", "roll-sine"]);
+    let text = String::from_utf8(bench.record_at("calibrate", &["--rate", "4000"]).stderr).unwrap();
+    let campaign = bench.campaign();
+    for run in ["heave", "roll-sine"] {
+        assert_eq!(campaign.record(run).unwrap().rate_hz, 4_000, "{text}");
+        assert_replay(&campaign, run);
+    }
+    let text = String::from_utf8(bench.record("calibrate").stderr).unwrap();
+    assert!(
+        text.contains("run heave is recorded at 4000 Hz") && text.contains("--rate 4000"),
+        "{text}"
+    );
 }
 
 #[test]
