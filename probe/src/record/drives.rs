@@ -465,6 +465,15 @@ mod tests {
     }
 
     #[test]
+    fn small_blocks_go_at_low_rates_only() {
+        let smallest = RATES_HZ.map(|rate_hz| smallest_carried(rate_hz, COUNTS));
+        assert_eq!(
+            smallest.map(Result::unwrap),
+            [BlockSize::One, BlockSize::Four, BlockSize::Eight]
+        );
+    }
+
+    #[test]
     fn a_rest_is_taken_in_blocks_that_the_link_carries() {
         let rest = Run {
             rest_s: Some(10.0),
