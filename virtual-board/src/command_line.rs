@@ -39,7 +39,8 @@ pub struct CommandLine {
     /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
     /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.
     /// May be given several times. The counts are printed on stdout as one line of JSON, {"executed":N,"counts":[…],
-    /// "triggers":[…]} with all instructions that ran and every run of triggers of the converters, whenever a host goes away and when the board halts.
+    /// "triggers":[…]} with all instructions that ran and every run of triggers of the converters, whenever a host goes
+    /// away and when the board halts; instructions begin at zero for the next host.
     #[arg(long, value_name = "NAME")]
     pub count: Vec<String>,
 }

@@ -103,7 +103,7 @@ fn measure() -> anyhow::Result<Figures> {
         .chain(PEERS.map(str::to_owned))
         .collect();
     let folder = build::workspace().join("target").join("sample-path-bench");
-    let mut board = CountingBoard::start(&parts.virtual_board, &elf, &folder, &count)?;
+    let mut board = CountingBoard::start(&parts.virtual_board, &elf, &folder, None, &count)?;
     let log = board.run_until("finished", 120)?;
     figures(&board.counts()?, &log)
 }

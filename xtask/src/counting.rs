@@ -32,9 +32,11 @@ pub struct Count {
     pub total: u64,
 }
 
-/// Everything that one run counted.
+/// Everything that was counted while one host was there.
 #[derive(Debug, Deserialize)]
 pub struct Counts {
+    /// All instructions that ran.
+    pub executed: u64,
     counts: Vec<Count>,
 }
 
@@ -77,15 +79,17 @@ pub struct CountingBoard {
     child: Child,
     stdout: BufReader<ChildStdout>,
     log: PathBuf,
-    link: TcpStream,
+    address: String,
 }
 
 impl CountingBoard {
-    /// Switches a board on with an erased flash memory; that and its log are files in `folder`.
+    /// Switches a board on with an erased flash memory; that and its log are files in `folder`. `pins` is where the
+    /// voltages come from.
     pub fn start(
         virtual_board: &Path,
         elf: &Path,
         folder: &Path,
+        pins: Option<&str>,
         count: &[String],
     ) -> anyhow::Result<Self> {
         std::fs::create_dir_all(folder)?;
@@ -94,6 +98,9 @@ impl CountingBoard {
         let mut command = Command::new(virtual_board);
         command.arg("--elf").arg(elf).arg("--flash").arg(flash);
         command.args(["--link", "lockstep:127.0.0.1:0"]);
+        if let Some(pins) = pins {
+            command.args(["--pins", pins]);
+        }
         for name in count {
             command.arg("--count").arg(name);
         }
@@ -103,32 +110,39 @@ impl CountingBoard {
             .stderr(std::fs::File::create(&log)?)
             .spawn()
             .with_context(|| format!("cannot start {}", virtual_board.display()))?;
-        let mut stdout = BufReader::new(child.stdout.take().context("its output was asked for")?);
-        let mut line = String::new();
-        stdout.read_line(&mut line)?;
-        let Ok(ready) = serde_json::from_str::<serde_json::Value>(&line) else {
+        let stdout = child.stdout.take().context("its output was asked for")?;
+        let mut this = Self {
+            child,
+            stdout: BufReader::new(stdout),
+            log,
+            address: String::new(),
+        };
+        let ready = this.said()?;
+        let Ok(ready) = serde_json::from_str::<serde_json::Value>(&ready) else {
             bail!(
                 "the virtual board did not start: {}",
-                std::fs::read_to_string(&log)?
+                std::fs::read_to_string(&this.log)?
             );
         };
-        let address = ready["link"]
+        this.address = ready["link"]
             .as_str()
-            .and_then(|link| link.strip_prefix("lockstep:"))
-            .context("the virtual board did not say its link")?;
-        let link = TcpStream::connect(address).context("the virtual board does not answer")?;
-        Ok(Self {
-            child,
-            stdout,
-            log,
-            link,
-        })
+            .context("the virtual board did not say its link")?
+            .to_owned();
+        Ok(this)
     }
 
-    /// Runs until the log says `last`, for at most `limit_s` of virtual time, and returns all that it said.
-    pub fn run_until(&mut self, last: &str, limit_s: u32) -> anyhow::Result<Vec<String>> {
+    /// Where the board's link is, as `hexsense --port` takes it.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Runs until a line of the log begins with `last`, for at most `limit_s` of virtual time, and returns all that it
+    /// said.
+    pub fn run_until(&self, last: &str, limit_s: u32) -> anyhow::Result<Vec<String>> {
+        let address = self.address.trim_start_matches("lockstep:");
+        let mut link = TcpStream::connect(address).context("the virtual board does not answer")?;
         for _ in 0..limit_s {
-            self.run_a_second()?;
+            run_a_second(&mut link)?;
             let log = std::fs::read_to_string(&self.log)?;
             // Time in brackets, what was said, and where in parentheses.
             let said = log.lines().filter_map(|line| {
@@ -140,31 +154,34 @@ impl CountingBoard {
             if let Some(panic) = lines.iter().find(|said| said.starts_with("panic")) {
                 bail!("{panic}");
             }
-            if lines.iter().any(|said| said == last) {
+            if lines.iter().any(|said| said.starts_with(last)) {
                 return Ok(lines);
             }
         }
         bail!("the program was not done after {limit_s} s of virtual time")
     }
 
-    fn run_a_second(&mut self) -> anyhow::Result<()> {
-        self.link.write_all(&1_000_000_u32.to_le_bytes())?;
-        self.link.write_all(&0_u32.to_le_bytes())?;
-        let mut head = [0; 12];
-        self.link.read_exact(&mut head)?;
-        let [.., a, b, c, d] = head;
-        let mut sent = vec![0; u32::from_le_bytes([a, b, c, d]) as usize];
-        self.link.read_exact(&mut sent)?;
-        Ok(())
+    /// What was counted while the host was there that has just gone away.
+    pub fn counts(&mut self) -> anyhow::Result<Counts> {
+        serde_json::from_str(&self.said()?).context("the virtual board's counts cannot be read")
     }
 
-    /// Leaves the board and reads its counts.
-    pub fn counts(mut self) -> anyhow::Result<Counts> {
-        self.link.shutdown(std::net::Shutdown::Both)?;
+    fn said(&mut self) -> anyhow::Result<String> {
         let mut line = String::new();
         self.stdout.read_line(&mut line)?;
-        serde_json::from_str(&line).context("the virtual board's counts cannot be read")
+        Ok(line)
     }
+}
+
+fn run_a_second(link: &mut TcpStream) -> anyhow::Result<()> {
+    link.write_all(&1_000_000_u32.to_le_bytes())?;
+    link.write_all(&0_u32.to_le_bytes())?;
+    let mut head = [0; 12];
+    link.read_exact(&mut head)?;
+    let [.., a, b, c, d] = head;
+    let mut sent = vec![0; u32::from_le_bytes([a, b, c, d]) as usize];
+    link.read_exact(&mut sent)?;
+    Ok(())
 }
 
 impl Drop for CountingBoard {

@@ -7,6 +7,7 @@
 //! - [`demo`]: the whole story on the virtual bench.
 //! - [`bench_kinematics`]: how long kinematics takes.
 //! - [`bench_sample_path`]: instructions of the sample path, beside what others offer.
+//! - [`timing`]: instructions of the firmware itself, and its share of the core.
 //! - [`counting`]: instruction counts on the virtual board.
 //! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
 //! - [`size`]: flash and RAM of the firmware, by module.
@@ -29,6 +30,7 @@ mod size;
 mod system_test;
 mod test;
 mod thumb;
+mod timing;
 
 use clap::{Parser, Subcommand};
 
@@ -53,6 +55,8 @@ enum Task {
     Bench(Bench),
     /// Flash and static RAM of the firmware by module; fails when it has grown over its budget
     Size(size::Arguments),
+    /// Count the firmware's instructions on the virtual board, while it is busy
+    Timing(timing::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -72,6 +76,7 @@ fn main() -> anyhow::Result<()> {
         Task::Bench(Bench::Kinematics(arguments)) => bench_kinematics::run(&arguments),
         Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
         Task::Size(arguments) => size::run(&arguments),
+        Task::Timing(arguments) => timing::run(&arguments),
         Task::Test => test::run(),
     }
 }

@@ -9,6 +9,7 @@ use crate::process::checked;
 use crate::setup;
 use crate::size;
 use crate::system_test;
+use crate::timing;
 
 /// Runs all checks, prints a line for each, and fails if one of them did.
 pub fn run() -> anyhow::Result<()> {
@@ -32,6 +33,7 @@ pub fn run() -> anyhow::Result<()> {
             .env("RUSTDOCFLAGS", "-D warnings"),
     );
     checks.add("fixed time of the sample path", sample_path());
+    checks.add("instructions of the firmware", timing::check());
     checks.add("demo, twice the same", system_test::demo_twice());
     checks.add(
         "plug pulled in a run and in an upload",
@@ -42,10 +44,15 @@ pub fn run() -> anyhow::Result<()> {
 
 /// No instruction of the sample path takes a time that depends on its operands.
 fn sample_path() -> anyhow::Result<()> {
+    checked(&mut firmware("build"))?;
     bench_sample_path::build()?;
-    let elf = Parts::find()?.sample_path_bench();
-    let functions = fixed_time::check(&elf, &bench_sample_path::path_symbols())?;
-    eprintln!("{functions} functions of the sample path take a fixed time");
+    let parts = Parts::find()?;
+    let symbols = bench_sample_path::path_symbols();
+    let portable = fixed_time::check(&parts.sample_path_bench(), &symbols)?;
+    let whole = fixed_time::check(&parts.firmware, &timing::PATHS.map(str::to_owned))?;
+    eprintln!(
+        "{portable} functions of the portable path and {whole} of the firmware's have a fixed time"
+    );
     Ok(())
 }
 

@@ -39,6 +39,7 @@ impl Lockstep {
             let (stream, _) = self.listener.accept()?;
             serve_host(stream, machine)?;
             print_counts(machine);
+            machine.begin_counting();
         }
     }
 }

@@ -106,7 +106,14 @@ impl Machine {
         self.context().counting.as_ref().map(Counting::counts)
     }
 
-    /// Instructions that ran since counting began; `None` if nothing was asked for.
+    /// Counts from zero on.
+    pub fn begin_counting(&mut self) {
+        if let Some(counting) = &mut self.context_mut().counting {
+            counting.begin();
+        }
+    }
+
+    /// Instructions that ran since counting was last begun; `None` if nothing was asked for.
     pub fn executed(&self) -> Option<u64> {
         self.context().counting.as_ref().map(Counting::executed)
     }

@@ -74,6 +74,8 @@ pub struct Counting {
     calls: Vec<Call>,
     /// Instructions so far.
     executed: u64,
+    /// Those of them before counting was last begun.
+    executed_before: u64,
     /// When each active exception was entered.
     entered: Vec<u64>,
     /// Instructions of exceptions that interrupted each depth, 0 being thread mode.
@@ -99,9 +101,18 @@ impl Counting {
         &self.counts
     }
 
-    /// Instructions so far, of every function and handler.
+    /// Instructions since counting was last begun, of every function and handler.
     pub fn executed(&self) -> u64 {
-        self.executed
+        self.executed - self.executed_before
+    }
+
+    /// Counts from zero on; calls that have not returned yet count when they do.
+    pub fn begin(&mut self) {
+        self.executed_before = self.executed;
+        for count in &mut self.counts {
+            (count.calls, count.total) = (0, 0);
+            (count.instructions, count.with_interruptions) = (Range::EMPTY, Range::EMPTY);
+        }
     }
 
     /// Whether stack pointer and link register matter for the block at `address`.

@@ -1,0 +1,275 @@
+//! `cargo xtask timing`: instructions of the sample path, counted on the firmware's own ELF on the virtual board.
+//!
+//! The board is driven through its link as a host would: it streams and solves poses at every rate, while its pins
+//! get random, saturated, alternating and no voltages, drives of random frequency begin and coefficients are uploaded.
+//! The sums of nine channels without calibrated values are no function of the firmware, which always does both; they
+//! are counted in the program of [`crate::bench_sample_path`], with input of the same kinds.
+//!
+//! Whatever takes one number of instructions for one input and another for the next is refused, and so is what exceeds
+//! its budget. What the numbers mean is in docs/timing.md.
+//!
+//! - `pins`: the voltages.
+//! - `sessions`: what the board is asked for.
+
+mod pins;
+mod sessions;
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, ensure};
+use hexsense::channel::{CHANNELS, INERTIAL};
+use serde::Serialize;
+
+use self::pins::Pins;
+use self::sessions::{Session, Sessions};
+use crate::bench_sample_path;
+use crate::build::{self, Parts};
+use crate::counting::{CountingBoard, Counts};
+
+/// Nine channels and the analysers, from the filled half of a ring to values and sums; and the same with the jacks, and
+/// the counts handed over to the link.
+pub const PATHS: [&str; 2] = ["sample_inertial", "sample_path"];
+/// Interrupt of the converters' DMA, in which all of it happens: DMA1 channel 1.
+const INTERRUPT: &str = "irq:11";
+const POSE: &str = "solve_pose";
+const SUMS: &str = "sums_16";
+
+/// Scans of a block.
+const BLOCK: u64 = 16;
+const CORE_HZ: f64 = 150e6;
+/// Rates, Hz, and blocks that are streamed at each.
+const LOADS: [(u32, u64); 3] = [(1_000, 200), (2_000, 400), (4_000, 800)];
+/// Blocks with pins of every kind.
+const BLOCKS: u64 = 10_000;
+
+/// Most instructions for a scan: of the path, of its sums, and of everything in the interrupt, jacks included.
+const PATH_BUDGET: u64 = 170;
+const SUMS_BUDGET: u64 = 66;
+const INTERRUPT_BUDGET: u64 = 260;
+/// Most instructions of a pose, from the last.
+const POSE_BUDGET: u64 = 7_000;
+/// Most of the processor's time at the fastest rate, %.
+const LOAD_BUDGET: f64 = 15.0;
+
+/// `cargo xtask timing`
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Print one JSON document on standard output, and nothing else there
+    #[arg(long)]
+    json: bool,
+}
+
+/// Instructions of each block.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Span {
+    instructions_per_block_min: u64,
+    instructions_per_block_max: u64,
+    per_sample: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Pose {
+    instructions_min: u64,
+    instructions_max: u64,
+    poses: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Figures {
+    block: u64,
+    channels: usize,
+    path: Span,
+    sums: Span,
+    interrupt: Span,
+    blocks: u64,
+    /// Share of the core's time at 150 MHz if every instruction took one cycle, by rate in Hz.
+    load_percent: BTreeMap<u32, f64>,
+    /// The path with the jacks' sums and all counts handed over to the link.
+    path_with_jacks: Span,
+    channels_with_jacks: usize,
+    pose: Pose,
+}
+
+/// Counts and prints; fails when a time depends on data or a budget is exceeded.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let figures = measure()?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&figures)?);
+    } else {
+        print_table(&figures);
+    }
+    figures.check()
+}
+
+/// The same in silence.
+pub fn check() -> anyhow::Result<()> {
+    measure()?.check()
+}
+
+fn measure() -> anyhow::Result<Figures> {
+    let parts = build::everything()?;
+    bench_sample_path::build()?;
+    let sums = sums(&parts)?;
+    let pins = Pins::start()?;
+    let count: Vec<_> = PATHS
+        .into_iter()
+        .chain([INTERRUPT, POSE])
+        .map(str::to_owned)
+        .collect();
+    let folder = build::workspace().join("target/timing");
+    let board = CountingBoard::start(
+        &parts.virtual_board,
+        &parts.firmware,
+        &folder,
+        Some(pins.address()),
+        &count,
+    )?;
+    let mut sessions = Sessions::new(board);
+    let mut load_percent = BTreeMap::new();
+    let mut all = Vec::new();
+    for (rate_hz, blocks) in LOADS {
+        let session = sessions.run(rate_hz, blocks)?;
+        let instructions = session.counts.executed as f64;
+        let percent = 100.0 * instructions / (session.lasted_s * CORE_HZ);
+        load_percent.insert(rate_hz, (100.0 * percent).round() / 100.0);
+        all.push(session);
+    }
+    let pose = pose(&all)?;
+    pins.set_moves(false);
+    all.push(sessions.run(LOADS[2].0, BLOCKS)?);
+    let [path, path_with_jacks] = PATHS.map(|name| span(&all, name));
+    Ok(Figures {
+        block: BLOCK,
+        channels: INERTIAL,
+        path: path?,
+        sums,
+        interrupt: span(&all, INTERRUPT)?,
+        blocks: calls(&all, PATHS[0]),
+        load_percent,
+        path_with_jacks: path_with_jacks?,
+        channels_with_jacks: CHANNELS,
+        pose,
+    })
+}
+
+/// The sums of nine channels alone.
+fn sums(parts: &Parts) -> anyhow::Result<Span> {
+    let folder = build::workspace().join("target/timing/sums");
+    let mut board = CountingBoard::start(
+        &parts.virtual_board,
+        &parts.sample_path_bench(),
+        &folder,
+        None,
+        &[SUMS.to_owned()],
+    )?;
+    board.run_until("amplitude hexsense", 60)?;
+    Span::of([&board.counts()?], SUMS)
+}
+
+fn span(sessions: &[Session], name: &str) -> anyhow::Result<Span> {
+    Span::of(sessions.iter().map(|session| &session.counts), name)
+}
+
+fn calls(sessions: &[Session], name: &str) -> u64 {
+    let counts = sessions.iter().flat_map(|session| session.counts.of(name));
+    counts.map(|count| count.calls).sum()
+}
+
+fn pose(sessions: &[Session]) -> anyhow::Result<Pose> {
+    let span = span(sessions, POSE)?;
+    Ok(Pose {
+        instructions_min: span.instructions_per_block_min,
+        instructions_max: span.instructions_per_block_max,
+        poses: calls(sessions, POSE),
+    })
+}
+
+impl Span {
+    /// Fewest and most over all of `counts`.
+    fn of<'a>(counts: impl IntoIterator<Item = &'a Counts>, name: &str) -> anyhow::Result<Self> {
+        let found: Vec<_> = counts
+            .into_iter()
+            .flat_map(|counts| counts.of(name))
+            .filter(|count| count.calls > 0)
+            .map(|count| count.instructions)
+            .collect();
+        let min = found.iter().map(|range| range.min).min();
+        let max = found.iter().map(|range| range.max).max();
+        let max = max.with_context(|| format!("{name} was never called"))?;
+        Ok(Self {
+            instructions_per_block_min: min.unwrap_or(max),
+            instructions_per_block_max: max,
+            per_sample: max as f64 / BLOCK as f64,
+        })
+    }
+
+    fn check(&self, name: &str, budget_per_sample: u64) -> anyhow::Result<()> {
+        let (min, max) = (
+            self.instructions_per_block_min,
+            self.instructions_per_block_max,
+        );
+        ensure!(
+            min == max,
+            "{name}: {min} to {max} instructions a block: its time depends on data"
+        );
+        ensure!(
+            max <= BLOCK * budget_per_sample,
+            "{name}: {} instructions a sample, the budget is {budget_per_sample}",
+            self.per_sample
+        );
+        Ok(())
+    }
+}
+
+impl Figures {
+    fn check(&self) -> anyhow::Result<()> {
+        self.path.check("path", PATH_BUDGET)?;
+        self.sums.check("sums", SUMS_BUDGET)?;
+        self.path_with_jacks
+            .check("path with jacks", INTERRUPT_BUDGET)?;
+        self.interrupt.check("interrupt", INTERRUPT_BUDGET)?;
+        ensure!(
+            self.blocks >= BLOCKS,
+            "{} blocks were counted, expected {BLOCKS}",
+            self.blocks
+        );
+        ensure!(
+            self.pose.instructions_max <= POSE_BUDGET,
+            "a pose took {} instructions, the budget is {POSE_BUDGET}",
+            self.pose.instructions_max
+        );
+        for (rate_hz, percent) in &self.load_percent {
+            ensure!(
+                *percent <= LOAD_BUDGET,
+                "at {rate_hz} Hz the firmware takes {percent} % of the core, the budget is {LOAD_BUDGET} %"
+            );
+        }
+        Ok(())
+    }
+}
+
+fn print_table(figures: &Figures) {
+    println!(
+        "instructions on the Cortex-M4, blocks of {}, {} blocks",
+        figures.block, figures.blocks
+    );
+    let rows = [
+        ("path, nine channels", figures.path),
+        ("its sums alone", figures.sums),
+        ("path, fifteen channels", figures.path_with_jacks),
+        ("interrupt", figures.interrupt),
+    ];
+    for (name, span) in rows {
+        println!(
+            "{name:<24} {:>6} to {:>6} a block, {:>6.1} a sample",
+            span.instructions_per_block_min, span.instructions_per_block_max, span.per_sample
+        );
+    }
+    println!(
+        "{:<24} {:>6} to {:>6} a pose, {} poses",
+        "pose", figures.pose.instructions_min, figures.pose.instructions_max, figures.pose.poses
+    );
+    for (rate_hz, percent) in &figures.load_percent {
+        println!("core at {rate_hz} Hz: {percent:.2} %");
+    }
+}

@@ -1,0 +1,182 @@
+//! The firmware on the virtual board, busy: streaming, estimating, solving poses, with coefficients that come and go.
+
+use std::time::Duration;
+
+use anyhow::Context;
+use hexsense::channel::Triad;
+use hexsense::harmonics::Drive;
+use hexsense::harmonics::drive::MAX_BLOCKS;
+use hexsense::sampling::BlockSize;
+use hexsense::store::{
+    CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
+};
+use hexsense::wire::StreamContent;
+use hexsense_probe::link::Client;
+
+use crate::counting::{CountingBoard, Counts};
+
+/// Blocks between one drive and the next.
+const BLOCKS_OF_A_DRIVE: u64 = 250;
+/// Drives between one set of coefficients and the next.
+const DRIVES_OF_A_SET: u64 = 10;
+/// Longer than any block lasts.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What one session did.
+pub struct Session {
+    /// What was counted.
+    pub counts: Counts,
+    /// Virtual time that it lasted, s.
+    pub lasted_s: f64,
+}
+
+/// A board and the chances that it is given.
+pub struct Sessions {
+    board: CountingBoard,
+    random: Random,
+    now_s: f64,
+}
+
+impl Sessions {
+    /// Sessions on a board that has just been switched on.
+    pub fn new(board: CountingBoard) -> Self {
+        Self {
+            board,
+            random: Random(0x9E37_79B9),
+            now_s: 0.0,
+        }
+    }
+
+    /// Scans at `rate_hz` in blocks of sixteen until `blocks` have been streamed beside poses; one analyser estimates.
+    pub fn run(&mut self, rate_hz: u32, blocks: u64) -> anyhow::Result<Session> {
+        let mut client = self.connect()?;
+        client.rate(rate_hz)?;
+        client.block_size(BlockSize::Sixteen)?;
+        self.upload(&mut client)?;
+        client.drive(0, self.random.drive())?;
+        // The line carries counts and values together up to 1 kHz.
+        let content = StreamContent {
+            counts: true,
+            values: rate_hz == 1_000,
+            pose: true,
+        };
+        client.stream(content)?;
+        // The first poses start from home; they are not counted.
+        client.pose(PATIENCE)?;
+        client.pose(PATIENCE)?;
+        self.leave(client)?;
+        let began_s = self.now_s;
+        let mut client = self.connect()?;
+        client.stream(content)?;
+        for block in 1..=blocks {
+            client.block(PATIENCE)?;
+            client.take_poses();
+            if block % BLOCKS_OF_A_DRIVE == 0 {
+                client.drive(0, self.random.drive())?;
+            }
+            if block % (BLOCKS_OF_A_DRIVE * DRIVES_OF_A_SET) == 0 {
+                self.upload(&mut client)?;
+            }
+        }
+        let counts = self.leave(client)?;
+        Ok(Session {
+            counts,
+            lasted_s: self.now_s - began_s,
+        })
+    }
+
+    fn connect(&self) -> anyhow::Result<Client> {
+        Client::open(self.board.address()).context("the firmware on the virtual board")
+    }
+
+    fn leave(&mut self, client: Client) -> anyhow::Result<Counts> {
+        self.now_s = client.now().as_secs_f64();
+        drop(client);
+        self.board.counts()
+    }
+
+    fn upload(&mut self, client: &mut Client) -> anyhow::Result<()> {
+        let set = self.random.set(client.identity()?.board);
+        let mut room = [0; MAX_ENCODED];
+        client.upload(set.encode(&mut room)?)?;
+        Ok(())
+    }
+}
+
+/// Pseudo-random bits (xorshift, Marsaglia 2003).
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// −1 to 1.
+    fn share(&mut self) -> f32 {
+        self.next() as i32 as f32 / 2_147_483_648.0
+    }
+
+    /// Any frequency that blocks of sixteen allow, summed for as long as possible; so phases are random too.
+    fn drive(&mut self) -> Drive {
+        Drive {
+            increment: u64::from(self.next()) << 24 | 1,
+            block: BlockSize::Sixteen,
+            settle_blocks: 0,
+            blocks: MAX_BLOCKS,
+        }
+    }
+
+    /// Coefficients of any sign, for a base of round numbers.
+    fn set(&mut self, board: [u8; 12]) -> CoefficientSet {
+        let triads = Triad::ALL.map(|_| TriadCoefficients {
+            offset: [(); 3].map(|()| 32_768.0 + 1_000.0 * self.share()),
+            matrix: [[(); 3]; 3].map(|row| row.map(|()| 6e-4 * self.share())),
+            offset_uncertainty: [0.5; 3],
+            matrix_uncertainty: [[1e-7; 3]; 3],
+            delay_s: 1e-3,
+        });
+        CoefficientSet {
+            board,
+            geometry: Default::default(),
+            geometry_hash: [0; 8],
+            unix_s: 1_780_000_000,
+            temperature_c: 30.0,
+            provenance: [0; 32],
+            triads,
+            base: base(),
+            jacks: JackCoefficients {
+                zero_length_m: 2.75,
+                zero_counts: [32_768.0; 6],
+                metres_per_count: [2.5e-5; 6],
+            },
+        }
+    }
+}
+
+/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger one.
+fn base() -> MotionBase {
+    MotionBase {
+        lower: [
+            [1.375, 0.0, -1.75],
+            [1.375, 0.0, 1.75],
+            [0.8125, 0.0, 2.0625],
+            [-2.1875, 0.0, 0.3125],
+            [-2.1875, 0.0, -0.3125],
+            [0.8125, 0.0, -2.0625],
+        ],
+        upper: [
+            [1.5, 0.0, 0.0],
+            [1.5, 0.0, 0.0],
+            [-0.75, 0.0, 1.3125],
+            [-0.75, 0.0, 1.3125],
+            [-0.75, 0.0, -1.3125],
+            [-0.75, 0.0, -1.3125],
+        ],
+        length_min_m: 2.125,
+        length_max_m: 3.375,
+        home_height_m: 2.125,
+    }
+}
