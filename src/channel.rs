@@ -73,7 +73,7 @@ impl Triad {
 /// A loop over the first `N` channels that is none in the program, though that is built for size: in the sample path
 /// turns of a loop would cost more than the work in them.
 #[inline(always)]
-pub(crate) fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
+pub fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
     const { assert!(N == JACKS || N == INERTIAL || N == CHANNELS) };
     one(0);
     one(1);

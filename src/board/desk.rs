@@ -46,6 +46,8 @@ pub struct Desk {
     supply: Receiver<'static, Guard, Reading, 2>,
     active: Receiver<'static, Guard, Active, 2>,
     stream: StreamContent,
+    /// Jacks of a block of which a piece is still to be sent.
+    begun: Option<JackBlock>,
     /// Sequence number of the command that another task is carrying out.
     open: Option<u16>,
     frames_damaged: u32,
@@ -69,6 +71,7 @@ impl Desk {
             supply: exchange.supply.receiver().expect("a receiver is left"),
             active: exchange.active.receiver().expect("a receiver is left"),
             stream: StreamContent::default(),
+            begun: None,
             open: None,
             frames_damaged: 0,
             telemetry_sequence: 0,
@@ -126,12 +129,13 @@ impl Desk {
     pub fn pass_on(&mut self, out: &mut [u8]) -> Option<usize> {
         let content = self.stream;
         let mut jacks = None;
-        let length = if content.has_blocks() {
-            let sequence = self.next_telemetry();
+        let sequence = content.has_blocks().then(|| self.next_telemetry());
+        let begun = &mut self.begun;
+        let length = if let Some(sequence) = sequence {
             let piece = |payload: &mut [u8]| {
                 path::with(|path| {
                     let piece = path.queue.front()?;
-                    jacks = jacks_of(&piece);
+                    jacks = jacks_of(&piece, begun);
                     let header = header(&piece, &path.progress, content);
                     let length = telemetry::write(&header, piece.samples, payload);
                     path.queue.pop();
@@ -141,7 +145,7 @@ impl Desk {
             sendable(frame::encode(Kind::Block, sequence, out, piece))
         } else {
             path::with(|path| {
-                jacks = path.queue.front().as_ref().and_then(jacks_of);
+                jacks = path.queue.front().and_then(|piece| jacks_of(&piece, begun));
                 path.queue.pop();
             });
             None
@@ -313,16 +317,29 @@ fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header 
     }
 }
 
-/// The jacks of a piece, which is a block of its own to the pose.
-fn jacks_of(piece: &Piece) -> Option<JackBlock> {
+/// The jacks of a block, from its piece or from its last; `begun` keeps those of the pieces before.
+fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
     let mut sums = [0; JACKS];
     add_up(piece.samples.jacks, &mut sums);
-    Some(JackBlock {
+    let mut jacks = JackBlock {
         first_scan: piece.first_scan,
         supply: piece.context.supply,
-        block: BlockSize::of_scans(piece.scans)?,
+        block: piece.block,
         sums,
-    })
+    };
+    if !piece.begins {
+        let before = begun.take()?;
+        jacks.first_scan = before.first_scan;
+        for (sum, before) in jacks.sums.iter_mut().zip(before.sums) {
+            *sum += before;
+        }
+        return Some(jacks);
+    }
+    if piece.scans == piece.block.scans() {
+        return Some(jacks);
+    }
+    *begun = Some(jacks);
+    None
 }
 
 fn check_capacity(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {

@@ -8,6 +8,7 @@
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, Uart, UartTx};
+use embassy_time::with_timeout;
 use hexsense::wire::frame::Deframer;
 use hexsense::wire::{BAUD, MAX_FRAME};
 use static_cell::ConstStaticCell;
@@ -17,7 +18,7 @@ use super::exchange::Exchange;
 use super::identity::Origin;
 use super::path;
 use super::pins::{self, Irqs};
-use super::timing::RECEIVE_RING;
+use super::timing::{LINK_HEARTBEAT, RECEIVE_RING};
 
 /// Talks to the host for ever.
 #[embassy_executor::task]
@@ -46,14 +47,16 @@ pub async fn talk(parts: pins::Serial, origin: Origin, exchange: &'static Exchan
     let mut input = [0; 64];
     loop {
         exchange.alive.link.signal(());
-        match select4(
+        let next = select4(
             rx.read(&mut input),
             path::block_waits(),
             exchange.answers.receive(),
             exchange.pose.wait(),
-        )
-        .await
-        {
+        );
+        let Ok(next) = with_timeout(LINK_HEARTBEAT, next).await else {
+            continue;
+        };
+        match next {
             Either4::First(Ok(length)) => {
                 for byte in &input[..length] {
                     if let Some(closed) = deframer.push(*byte) {

@@ -21,6 +21,7 @@
 
 use core::cell::RefCell;
 use core::future::poll_fn;
+use core::sync::atomic::{Ordering, compiler_fence};
 use core::task::Poll;
 
 use cortex_m::peripheral::DWT;
@@ -29,7 +30,7 @@ use embassy_stm32::interrupt::typelevel::{DMA1_CHANNEL1, Handler};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::waitqueue::AtomicWaker;
-use hexsense::channel::{INERTIAL, JACKS};
+use hexsense::channel::{INERTIAL, JACKS, unrolled};
 use hexsense::harmonics::{ANALYSERS, Analyser, Step};
 use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
 use hexsense::wire::message::PathCycles;
@@ -195,8 +196,8 @@ impl Path {
                 analyser.take_jacks(step, &jacks);
             }
         }
-        slot.inertial.copy_from_slice(filled.inertial);
-        slot.jacks.copy_from_slice(filled.jacks);
+        copy(filled.inertial, slot.inertial);
+        copy(filled.jacks, slot.jacks);
     }
 
     /// Counts the block and hands it to the link.
@@ -211,6 +212,19 @@ impl Path {
             max: self.cycles.max.max(last),
             last,
         };
+    }
+}
+
+/// Copies scans, by the same instructions wherever they lie; a copy of the whole would depend on that.
+#[inline(always)]
+fn copy<const N: usize>(from: &[[u16; N]], to: &mut [[u16; N]]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        unrolled::<N>(
+            #[inline(always)]
+            |channel| to[channel] = from[channel],
+        );
+        // Otherwise the compiler makes a call of it.
+        compiler_fence(Ordering::SeqCst);
     }
 }
 

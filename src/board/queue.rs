@@ -61,6 +61,10 @@ pub struct Piece<'a> {
     pub first_scan: u64,
     /// Scans in it.
     pub scans: usize,
+    /// Whether a block begins with it.
+    pub begins: bool,
+    /// The size of that block.
+    pub block: BlockSize,
     /// What they have in common.
     pub context: Context,
     /// The samples.
@@ -172,6 +176,8 @@ impl Queue {
         Some(Piece {
             first_scan: stamp.first_scan(),
             scans,
+            begins: first.is_multiple_of(self.block.scans()),
+            block: self.block,
             context: self.contexts[stamp.context()],
             samples: Samples {
                 inertial: &self.inertial[place.clone()],

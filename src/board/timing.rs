@@ -102,6 +102,8 @@ pub const RECEIVE_RING: usize = 2_048;
 pub const WATCHDOG_US: u32 = 1_000_000;
 /// How often the watchdog is fed at most.
 pub const SUPERVISOR_PERIOD: Duration = Duration::from_millis(100);
+/// How often an idle link says that it is alive.
+pub const LINK_HEARTBEAT: Duration = Duration::from_millis(100);
 /// How often an idle storage says that it is alive.
 pub const STORAGE_HEARTBEAT: Duration = Duration::from_millis(100);
 /// How long the crystal may take to start, ms: ten times what its data sheet says.

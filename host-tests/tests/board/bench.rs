@@ -127,9 +127,10 @@ impl Board {
     /// Sends a request without waiting.
     pub fn send(&mut self, request: &Request) -> u16 {
         self.sequence = self.sequence.wrapping_add(1);
-        let mut bytes = [0; MAX_FRAME];
-        let length = encode_request(request, self.sequence, &mut bytes).unwrap();
-        self.exchange(1, &bytes[..length]);
+        // The zero closes whatever a lost byte has left open.
+        let mut bytes = [0; 1 + MAX_FRAME];
+        let length = encode_request(request, self.sequence, &mut bytes[1..]).unwrap();
+        self.exchange(1, &bytes[..=length]);
         self.sequence
     }
 

@@ -81,6 +81,8 @@ pub struct Timer {
     seen: Cycles,
     /// A trigger pulse that has not been collected.
     trigger: bool,
+    /// Times that the counter was started since power-on.
+    starts: u32,
 }
 
 impl Timer {
@@ -105,6 +107,7 @@ impl Timer {
             held: 0,
             seen: 0,
             trigger: false,
+            starts: 0,
         }
     }
 
@@ -200,6 +203,11 @@ impl Timer {
     /// Whether the timer's interrupt line is high.
     pub fn interrupt(&self) -> bool {
         self.sr & self.dier & 0x5F != 0
+    }
+
+    /// Times that the counter was started since power-on.
+    pub fn starts(&self) -> u32 {
+        self.starts
     }
 
     /// Collects a trigger pulse (TRGO) that was sent since the last call.
@@ -332,6 +340,7 @@ impl Timer {
         }
         self.cr1 = value & !0x70;
         if !was_running && self.running() {
+            self.starts += 1;
             self.restart_at(self.held, now);
         } else if was_running && !self.running() {
             self.held = count;

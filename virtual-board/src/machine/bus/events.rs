@@ -255,7 +255,8 @@ impl Bus {
             self.set_deadline(FIRST_ADC + index, self.adc[index].next_event());
         }
         if began {
-            self.triggers.note(self.now, self.now_s());
+            let starts = self.timers[timer].starts();
+            self.triggers.note(self.now, self.now_s(), starts);
         }
     }
 

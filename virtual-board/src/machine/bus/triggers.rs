@@ -5,11 +5,7 @@ use serde::Serialize;
 
 use crate::peripherals::Cycles;
 
-/// Intervals longer than this end a run of triggers: the timer stood still meanwhile. The slowest rate of any use has
-/// a period of 1 ms, 150,000 cycles.
-const LONGEST: Cycles = 300_000;
-
-/// Triggers that followed each other without a pause.
+/// Triggers from one start of the timer to its stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct TriggerRun {
     /// True time of the first trigger, ns.
@@ -22,6 +18,8 @@ pub struct TriggerRun {
     pub max_cycles: Cycles,
     #[serde(skip)]
     last: Cycles,
+    #[serde(skip)]
+    start: u32,
 }
 
 /// All runs of triggers since power-on.
@@ -31,18 +29,15 @@ pub struct Triggers {
 }
 
 impl Triggers {
-    /// A trigger at cycle `now`, at `now_s` of true time.
-    pub fn note(&mut self, now: Cycles, now_s: f64) {
-        if let Some(run) = self.runs.last_mut() {
+    /// A trigger at cycle `now`, at `now_s` of true time, by a timer that was started `start` times.
+    pub fn note(&mut self, now: Cycles, now_s: f64, start: u32) {
+        if let Some(run) = self.runs.last_mut().filter(|run| run.start == start) {
             let interval = now.wrapping_sub(run.last);
-            let another_period = run.count > 1 && interval > 2 * run.max_cycles;
-            if interval <= LONGEST && !another_period {
-                run.count += 1;
-                run.last = now;
-                run.min_cycles = run.min_cycles.min(interval);
-                run.max_cycles = run.max_cycles.max(interval);
-                return;
-            }
+            run.count += 1;
+            run.last = now;
+            run.min_cycles = run.min_cycles.min(interval);
+            run.max_cycles = run.max_cycles.max(interval);
+            return;
         }
         self.runs.push(TriggerRun {
             first_ns: (now_s * 1e9).round() as u64,
@@ -50,6 +45,7 @@ impl Triggers {
             min_cycles: Cycles::MAX,
             max_cycles: 0,
             last: now,
+            start,
         });
     }
 
