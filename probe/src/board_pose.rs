@@ -93,13 +93,14 @@ pub enum BoardPoseError {
     },
 }
 
-/// Compares the poses that came beside `capture`, taken at `rate_hz` and all made with `set`, with those of double
-/// precision.
+/// Compares the poses that came beside `capture`, all made with `set`, with those of double precision; the scans were
+/// taken at a rate, Hz, and so many at a time.
 ///
 /// # Errors
 /// [`BoardPoseError`], with the first scan that is wrong.
 pub fn compare(
-    (capture, rate_hz): (&Capture, u32),
+    capture: &Capture,
+    (rate_hz, block_size): (u32, BlockSize),
     poses: &[PoseReport],
     set: &CoefficientSet,
     id: SetId,
@@ -147,13 +148,8 @@ pub fn compare(
         difference.largest_rad = difference.largest_rad.max(angle_rad);
         difference.poses += 1;
     }
-    let block = poses
-        .first()
-        .map_or(BlockSize::ThirtyTwo, |report| report.block);
-    let (poses, due) = (
-        difference.poses,
-        capture.scans.len() / scans_of_pose(block, rate_hz),
-    );
+    let due = capture.scans.len() / scans_of_pose(block_size, rate_hz);
+    let poses = difference.poses;
     // Some may be late while the link is busy.
     if poses == 0 || poses < due / 10 * 9 {
         return Err(BoardPoseError::Missing { poses, due });
@@ -320,7 +316,8 @@ mod tests {
     fn single_precision_follows_a_moving_base_within_the_limit() {
         let set = set();
         let (capture, reports) = moving(&set);
-        let difference = compare((&capture, 1_000), &reports, &set, ID).unwrap();
+        let difference =
+            compare(&capture, (1_000, BlockSize::Sixteen), &reports, &set, ID).unwrap();
         assert_eq!(difference.poses, 10);
         assert!(difference.largest_m > 0.0, "{difference:?}");
         // The last block's middle is at 151.5 of 160 steps; whole counts are a hundredth of a millimetre each.
@@ -336,7 +333,7 @@ mod tests {
         let spoilt = |change: &dyn Fn(&mut Vec<PoseReport>)| {
             let mut reports = good.clone();
             change(&mut reports);
-            compare((&capture, 1_000), &reports, &set, ID).unwrap_err()
+            compare(&capture, (1_000, BlockSize::Sixteen), &reports, &set, ID).unwrap_err()
         };
         let off = spoilt(&|reports| {
             let mut pose = reports[7].outcome.unwrap();

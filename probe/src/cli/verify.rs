@@ -111,11 +111,8 @@ fn check_poses(
     set: &CoefficientSet,
     id: SetId,
 ) -> anyhow::Result<Difference> {
-    let (capture, rate_hz) = (
-        campaign.capture(&run.name)?,
-        campaign.record(&run.name)?.rate_hz,
-    );
-    let difference = board_pose::compare((&capture, rate_hz), poses, set, id)
+    let (capture, record) = (campaign.capture(&run.name)?, campaign.record(&run.name)?);
+    let difference = board_pose::compare(&capture, (record.rate_hz, record.block), poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
     println!(
         "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {LIMIT:.0e}",
