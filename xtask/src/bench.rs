@@ -27,6 +27,11 @@ pub struct Bench<'a> {
 }
 
 impl Bench<'_> {
+    /// The coefficients of the campaign.
+    pub fn coefficients(&self) -> PathBuf {
+        self.campaign().join("coefficients.toml")
+    }
+
     /// The campaign's folder.
     pub fn campaign(&self) -> PathBuf {
         self.folder.join("campaign")
@@ -140,7 +145,7 @@ impl Bench<'_> {
     }
 
     /// `hexsense COMMAND` on the board's port.
-    fn hexsense(&self, command: &str, board: &Beside) -> anyhow::Result<Command> {
+    pub fn hexsense(&self, command: &str, board: &Beside) -> anyhow::Result<Command> {
         let mut hexsense = Command::new(&self.parts.hexsense);
         hexsense.args([command, "--port", board.address("link")?]);
         Ok(hexsense)

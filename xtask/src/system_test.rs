@@ -1,6 +1,8 @@
 //! The firmware's ELF on the virtual board, as part of `cargo xtask test`.
 //!
 //! - the demo twice from one seed: it holds, and every byte is the same again;
+//! - streams at every rate: no scan is missing, values are those that the counts give, and what the link cannot carry is
+//!   refused;
 //! - the plug pulled during a run and during an upload: the host tool says so in time, nothing is half, and starting
 //!   again works.
 
@@ -10,11 +12,15 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
+use hexsense::sampling::Calibrator;
+use hexsense_probe::capture::Capture;
+use hexsense_probe::coefficient_file;
+use serde_json::Value;
 
 use crate::bench::Bench;
 use crate::build::{self, Parts};
 use crate::demo;
-use crate::process::checked;
+use crate::process::{Beside, checked, output};
 
 /// Within this time the host tool must say what happened.
 const TOLD_WITHIN: Duration = Duration::from_secs(5);
@@ -73,6 +79,114 @@ fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
         }
     }
     Ok(files)
+}
+
+/// Rates with the blocks that are recorded at each.
+const STREAMS: [(u32, u32); 5] = [(1_000, 1), (1_000, 16), (2_000, 4), (4_000, 8), (4_000, 32)];
+/// Length of a recording, s.
+const STREAM_S: u32 = 4;
+
+/// Streams at every rate.
+pub fn streams() -> anyhow::Result<()> {
+    let parts = Parts::find()?;
+    let folder = build::workspace().join("target/system-test/streams");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    std::fs::create_dir_all(&folder)?;
+    let bench = Bench {
+        parts: &parts,
+        seed: SEED,
+        geometry: GEOMETRY,
+        folder: &folder,
+    };
+    let twin = bench.twin()?;
+    bench.papers()?;
+    let board = bench.board(&twin)?;
+    for (rate, block) in STREAMS {
+        let (capture, _) = record(&bench, &board, (rate, block), &[])?;
+        ensure!(capture.values.is_none(), "values that nobody asked for");
+    }
+    checked(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
+    checked(&mut bench.upload(&board)?)?;
+    let (capture, note) = record(&bench, &board, (1_000, 16), &["--values"])?;
+    ensure!(
+        note["set"] == bench.active_id(&board)?,
+        "the note names another set: {note}"
+    );
+    values_replay(&capture, &bench.coefficients())?;
+    let refused = Told::start(&mut capture_command(
+        &bench,
+        &board,
+        (4_000, 16),
+        &["--values"],
+    )?)?;
+    let (success, said) = refused.ended()?;
+    ensure!(
+        !success && said.contains("the link cannot carry"),
+        "4 kHz with values was not refused: {said}"
+    );
+    let status = output(bench.hexsense("status", &board)?.arg("--json"))?;
+    let status: Value = serde_json::from_str(&status)?;
+    ensure!(
+        status["link"]["blocks_dropped"] == 0 && status["faults"] == 0,
+        "the board dropped blocks or had faults: {status}"
+    );
+    Ok(())
+}
+
+/// A recording that must be complete, and its note.
+fn record(
+    bench: &Bench,
+    board: &Beside,
+    (rate, block): (u32, u32),
+    more: &[&str],
+) -> anyhow::Result<(Capture, Value)> {
+    checked(&mut capture_command(bench, board, (rate, block), more)?)?;
+    let capture = Capture::load(&bench.folder.join("stream.csv"))?;
+    let note = std::fs::read_to_string(bench.folder.join("stream.json"))?;
+    let note: Value = serde_json::from_str(&note)?;
+    let due = (STREAM_S * rate) as usize;
+    ensure!(
+        capture.gaps().is_empty() && capture.scans.len() >= due && note["scans_lost"] == 0,
+        "{} of {due} scans at {rate} Hz in blocks of {block}: {note}",
+        capture.scans.len()
+    );
+    Ok((capture, note))
+}
+
+fn capture_command(
+    bench: &Bench,
+    board: &Beside,
+    (rate, block): (u32, u32),
+    more: &[&str],
+) -> anyhow::Result<Command> {
+    let mut capture = bench.hexsense("capture", board)?;
+    let [seconds, rate, block] = [STREAM_S, rate, block].map(|number| number.to_string());
+    capture.args(["--seconds", &seconds, "--rate", &rate, "--block", &block]);
+    capture
+        .arg("--out")
+        .arg(bench.folder.join("stream.csv"))
+        .args(more);
+    Ok(capture)
+}
+
+/// The board's values are bit for bit those that its counts and its set give.
+fn values_replay(capture: &Capture, coefficients: &Path) -> anyhow::Result<()> {
+    let calibrator = Calibrator::new(&coefficient_file::load(coefficients)?);
+    let values = capture
+        .values
+        .as_deref()
+        .context("no values were recorded")?;
+    for (row, values) in values.iter().enumerate() {
+        let ours = calibrator.apply(&capture.counts[row], capture.supply[row]);
+        ensure!(
+            ours.map(f32::to_bits) == values.map(f32::to_bits),
+            "scan {}: the board's values {values:?} are not {ours:?}",
+            capture.scans[row]
+        );
+    }
+    Ok(())
 }
 
 /// The plug pulled during a run, then during an upload.

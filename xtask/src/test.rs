@@ -39,6 +39,7 @@ pub fn run() -> anyhow::Result<()> {
         "plug pulled in a run and in an upload",
         system_test::plug_pulled(),
     );
+    checks.add("streams at every rate", system_test::streams());
     checks.report()
 }
 
