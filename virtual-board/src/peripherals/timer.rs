@@ -113,9 +113,11 @@ impl Timer {
 
     /// Back to the state after reset; the clock stays.
     pub fn reset(&mut self) {
-        let cycles_per_clock = self.cycles_per_clock;
-        *self = Self::new(self.shape);
-        self.cycles_per_clock = cycles_per_clock;
+        *self = Self {
+            cycles_per_clock: self.cycles_per_clock,
+            starts: self.starts,
+            ..Self::new(self.shape)
+        };
     }
 
     /// Sets how many core cycles one clock of the timer lasts. A running counter keeps its value.
