@@ -15,6 +15,7 @@
 //! way to put both rings back in step.
 
 use core::cell::UnsafeCell;
+use core::ptr;
 use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -55,12 +56,8 @@ impl<const N: usize> Ring<N> {
     }
 
     /// The counts of two blocks, for the driver that sets DMA up.
-    ///
-    /// # Safety
-    /// The driver must not be asked to read, and must be gone before this is called again.
-    unsafe fn for_dma(&'static self, block: BlockSize) -> &'static mut [u16] {
-        // SAFETY: the ring has room for two of the largest blocks; the rest is promised by the caller.
-        unsafe { slice::from_raw_parts_mut(self.0.get().cast(), 2 * block.scans() * N) }
+    fn for_dma(&'static self, block: BlockSize) -> *mut [u16] {
+        ptr::slice_from_raw_parts_mut(self.0.get().cast(), 2 * block.scans() * N)
     }
 
     /// The block in the first (0) or second (1) half.
@@ -153,9 +150,14 @@ impl<'d> Run<'d> {
         let mut jack_pins = parts.jacks.sequence();
         inertial_adc.blocking_read(&mut inertial_pins[0], SAMPLE_TIME);
         jack_adc.blocking_read(&mut jack_pins[0], SAMPLE_TIME);
-        // SAFETY: a run is never asked to read, and exclusive access to the parts makes it the only one.
-        let (inertial_ring, jack_ring) =
-            unsafe { (INERTIAL_RING.for_dma(block), JACK_RING.for_dma(block)) };
+        // SAFETY: the rings have room for two of the largest blocks. The drivers, which are never asked to read, hand
+        // them to DMA and leave them alone, and exclusive access to the parts makes these drivers the only ones.
+        let (inertial_ring, jack_ring) = unsafe {
+            (
+                &mut *INERTIAL_RING.for_dma(block),
+                &mut *JACK_RING.for_dma(block),
+            )
+        };
         let inertial = inertial_adc.into_ring_buffered(
             parts.inertial_dma.reborrow(),
             inertial_ring,

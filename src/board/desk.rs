@@ -54,12 +54,8 @@ pub struct Desk {
     telemetry_sequence: u16,
 }
 
-/// What becomes of a request.
-enum Outcome {
-    Answer(Response),
-    /// Another task will answer.
-    Later,
-}
+/// Answer to a request; none when another task will answer.
+type Outcome = Option<Response>;
 
 impl Desk {
     /// A desk that streams nothing yet.
@@ -106,8 +102,8 @@ impl Desk {
                     None => Err(Refusal::Malformed),
                 };
                 match outcome {
-                    Ok(Outcome::Later) => None,
-                    Ok(Outcome::Answer(answer)) => encode(&answer, sequence, out),
+                    Ok(None) => None,
+                    Ok(Some(answer)) => encode(&answer, sequence, out),
                     Err(refusal) => encode(&Response::Refused(refusal), sequence, out),
                 }
             }
@@ -173,9 +169,9 @@ impl Desk {
     fn decide(&mut self, request: Request, sequence: u16) -> Result<Outcome, Refusal> {
         let command = match request {
             Request::Identity => {
-                return Ok(Outcome::Answer(Response::Identity(self.origin.identity())));
+                return Ok(Some(Response::Identity(self.origin.identity())));
             }
-            Request::Status => return Ok(Outcome::Answer(Response::Status(self.status()))),
+            Request::Status => return Ok(Some(Response::Status(self.status()))),
             Request::Stream(content) => return self.set_stream(content),
             Request::Rate(hz) => return self.set_rate(hz, sequence),
             Request::Block(block) => return self.set_block(block, sequence),
@@ -199,7 +195,7 @@ impl Desk {
         check_capacity(content, rate_hz, block)?;
         self.stream = content;
         path::with(|path| path.wanted = content.has_blocks() || content.pose);
-        Ok(Outcome::Answer(Response::Done))
+        Ok(Some(Response::Done))
     }
 
     fn set_rate(&mut self, hz: u32, sequence: u16) -> Result<Outcome, Refusal> {
@@ -236,7 +232,7 @@ impl Desk {
                 .get_mut(usize::from(analyser))
                 .ok_or(Refusal::Analyser { analyser })?
                 .start(drive);
-            Ok(Outcome::Answer(Response::Done))
+            Ok(Some(Response::Done))
         })
     }
 
@@ -251,7 +247,7 @@ impl Desk {
             return Err(Refusal::Busy);
         }
         self.open = Some(sequence);
-        Ok(Outcome::Later)
+        Ok(None)
     }
 
     fn status(&mut self) -> Status {
@@ -296,7 +292,7 @@ fn harmonics(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
     })
     .ok_or(Refusal::Analyser { analyser })?;
     let (drive, first_scan, sums) = report.unwrap_or((NO_DRIVE, 0, ChannelSums::default()));
-    Ok(Outcome::Answer(Response::Harmonics {
+    Ok(Some(Response::Harmonics {
         state,
         drive,
         first_scan,

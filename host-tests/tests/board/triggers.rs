@@ -21,7 +21,7 @@ fn the_interval_of_triggers_is_constant_under_every_load() {
         }
         // As many requests in a row as the receiver's ring holds.
         for _ in 0..3 {
-            for _ in 0..130 {
+            for _ in 0..20 {
                 board.send(&Request::Identity);
             }
             board.run_s(0.2);
