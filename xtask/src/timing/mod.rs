@@ -26,9 +26,10 @@ use crate::bench_sample_path;
 use crate::build::{self, Parts};
 use crate::counting::{CountingBoard, Counts};
 
-/// Nine channels and the analysers, from the filled half of a ring to values and sums; and the same with the jacks, and
-/// the counts handed over to the link.
-pub const PATHS: [&str; 2] = ["sample_inertial", "sample_path"];
+/// Nine channels and the analysers, from the filled half of a ring to values and sums.
+pub const PATH: &str = "sample_inertial";
+/// The same with the jacks, and the counts handed over to the link.
+const PATH_WITH_JACKS: &str = "sample_path";
 /// Interrupt of the converters' DMA, in which all of it happens: DMA1 channel 1.
 const INTERRUPT: &str = "irq:11";
 const POSE: &str = "solve_pose";
@@ -111,11 +112,7 @@ fn measure() -> anyhow::Result<Figures> {
     bench_sample_path::build()?;
     let sums = sums(&parts)?;
     let pins = Pins::start()?;
-    let count: Vec<_> = PATHS
-        .into_iter()
-        .chain([INTERRUPT, POSE])
-        .map(str::to_owned)
-        .collect();
+    let count = [PATH, PATH_WITH_JACKS, INTERRUPT, POSE].map(str::to_owned);
     let folder = build::workspace().join("target/timing");
     let board = CountingBoard::start(
         &parts.virtual_board,
@@ -137,16 +134,15 @@ fn measure() -> anyhow::Result<Figures> {
     let pose = pose(&all)?;
     pins.set_moves(false);
     all.push(sessions.run(LOADS[2].0, BLOCKS)?);
-    let [path, path_with_jacks] = PATHS.map(|name| span(&all, name));
     Ok(Figures {
         block: BLOCK,
         channels: INERTIAL,
-        path: path?,
+        path: span(&all, PATH)?,
         sums,
         interrupt: span(&all, INTERRUPT)?,
-        blocks: calls(&all, PATHS[0]),
+        blocks: calls(&all, PATH),
         load_percent,
-        path_with_jacks: path_with_jacks?,
+        path_with_jacks: span(&all, PATH_WITH_JACKS)?,
         channels_with_jacks: CHANNELS,
         pose,
     })
