@@ -46,7 +46,10 @@ fn the_sampling_time_is_the_longest_that_fits_and_allows_the_resistor() {
             assert!(!fits || cycles <= board.sampling_cycles);
             if chosen {
                 let allowed = number(row[2]);
-                assert!(README.contains("at most 1 kΩ") && 1_000.0 < allowed);
+                assert!(
+                    README.contains("1 kΩ and 1 µF, film or C0G. The resistor must not be larger")
+                        && 1_000.0 < allowed
+                );
             }
             vec![
                 row[0].to_string(),

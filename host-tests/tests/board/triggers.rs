@@ -37,7 +37,7 @@ fn the_interval_of_triggers_is_constant_under_every_load() {
     assert_eq!(status.faults, 0);
     let runs = board.triggers();
     // The board begins at 1 kHz and sixteen scans, and every order starts the converters anew.
-    for run in &runs {
+    for run in runs.iter().filter(|run| run.count > 1) {
         assert_eq!(run.min_cycles, run.max_cycles, "{runs:?}");
     }
     let found: Vec<u64> = runs.iter().map(|run| run.min_cycles).collect();
