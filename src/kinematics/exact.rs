@@ -51,8 +51,8 @@ mod tests {
         for step in 1..200 {
             let d = [0.3, 2.1, -1.7].map(|x: f32| x * (1.0 + step as f32 * 0.013));
             let length = d.iter().map(|x| x * x).sum::<f32>().sqrt();
-            let truth = f64::from(length).powi(2)
-                - d.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
+            let truth =
+                f64::from(length).powi(2) - d.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
             let found = square_less_squares(length, &d);
             assert!((f64::from(found) - truth).abs() <= 1e-6 * truth.abs() + 1e-13);
         }
