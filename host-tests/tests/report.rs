@@ -355,7 +355,8 @@ fn the_terms_of_every_budget_stand_largest_first() {
     let document = parsed(&html);
     let tables = elements(&document, "table");
     for channel in &EVIDENCE.analysis.results.channels {
-        let parts: [(&str, fn(&Term) -> f64); 2] = [
+        type Part = fn(&Term) -> f64;
+        let parts: [(&str, Part); 2] = [
             ("k, %", |term| term.gain_relative),
             ("u0, counts", |term| term.offset_counts),
         ];

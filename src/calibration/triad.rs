@@ -278,7 +278,7 @@ impl Lag {
     fn new(sines: &[SineRun], sensitivity: &Matrix3<f64>, noise: &Noise, delay_s: f64) -> Self {
         let (mut moment, mut variance, mut weights) = (0.0, 0.0, [0.0; AXES]);
         for sine in sines {
-            for sensor in 0..AXES {
+            for (sensor, weight) in weights.iter_mut().enumerate() {
                 let model = of_truth(sine, sensor, sensitivity);
                 let undelayed = sine.counts[sensor] * turned_by(sine.omega * delay_s);
                 moment -= (model.conj() * undelayed).im * sine.omega;
@@ -286,7 +286,7 @@ impl Lag {
                 let [re, im] = noise.amplitude_variances(sensor, sine.omega, sine.length_s);
                 let spread = model.re * model.re * im + model.im * model.im * re;
                 variance += spread * sine.omega * sine.omega;
-                weights[sensor] += square;
+                *weight += square;
             }
         }
         let weight: f64 = weights.iter().sum();

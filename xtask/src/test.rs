@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::bench_sample_path;
-use crate::build::{Parts, cargo, firmware};
+use crate::build::{self, Parts, cargo, firmware};
 use crate::fixed_time;
 use crate::process::checked;
 use crate::setup;
@@ -34,6 +34,7 @@ pub fn run() -> anyhow::Result<()> {
     );
     checks.add("fixed time of the sample path", sample_path());
     checks.add("instructions of the firmware", timing::check());
+    checks.add("sample path on the board", board_tests());
     checks.add("demo, twice the same", system_test::demo_twice());
     checks.add(
         "plug pulled in a run and in an upload",
@@ -58,6 +59,23 @@ fn sample_path() -> anyhow::Result<()> {
 }
 
 const DENY: [&str; 3] = ["--", "--deny", "warnings"];
+
+/// The host tests that run the firmware's ELF, on the virtual board.
+fn board_tests() -> anyhow::Result<()> {
+    let parts = build::everything()?;
+    let mut tests = cargo("test");
+    tests.args([
+        "--package",
+        "host-tests",
+        "--test",
+        "board",
+        "--",
+        "--ignored",
+    ]);
+    tests.env("HEXSENSE_VIRTUAL_BOARD", &parts.virtual_board);
+    tests.env("HEXSENSE_FIRMWARE", &parts.firmware);
+    checked(&mut tests)
+}
 
 /// All tests that run on the host, with nextest where it is there.
 fn host_tests() -> Command {
