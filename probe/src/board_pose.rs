@@ -165,13 +165,9 @@ fn scans_of_pose(block: BlockSize, rate_hz: u32) -> usize {
 
 /// The block of so many scans of a capture that begins with `first_scan`, if it is there without a gap.
 fn block(capture: &Capture, first_scan: u64, size: BlockSize) -> Option<JackBlock> {
-    let index = capture.scans.binary_search(&first_scan).ok()?;
-    let end = index + size.scans();
-    let scans = capture.counts.get(index..end)?;
-    if capture.scans[end - 1] != first_scan + size.scans() as u64 - 1 {
-        return None;
-    }
-    JackBlock::new(first_scan, capture.supply[index], scans)
+    let window = capture.window(first_scan, size.scans())?;
+    let supply = capture.supply[window.start];
+    JackBlock::new(first_scan, supply, &capture.counts[window])
 }
 
 /// The board's pose in double precision.

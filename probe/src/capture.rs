@@ -17,6 +17,7 @@
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -62,6 +63,14 @@ impl Capture {
                 missing: pair[1] - pair[0] - 1,
             })
             .collect()
+    }
+
+    /// Indices of `scans` scans from counter `first_scan` on; `None` when one of them is missing, or none is asked for.
+    #[must_use]
+    pub fn window(&self, first_scan: u64, scans: usize) -> Option<Range<usize>> {
+        let first = self.scans.binary_search(&first_scan).ok()?;
+        let last = first + scans.checked_sub(1)?;
+        (*self.scans.get(last)? == first_scan + scans as u64 - 1).then_some(first..last + 1)
     }
 
     /// Reads a capture file.

@@ -1,12 +1,13 @@
-//! The board's harmonic sums made again from the scans of a capture.
+//! The board's harmonic sums and calibrated values made again from the scans of a capture.
 //!
 //! The sums are integers, so host and board must agree in every bit of every sum: offset, drift, square, and five
 //! cosines and sines of all fifteen channels. A difference means that the capture does not hold what the board
 //! measured, or that board and host compute differently, and nothing found from either is to be trusted.
 
-use hexsense::channel::NAMES;
+use hexsense::channel::{NAMES, Scan};
 use hexsense::harmonics::{Analyser, ChannelSums, HARMONICS};
-use hexsense::sampling::BlockSums;
+use hexsense::sampling::{BlockSums, Calibrator, Values};
+use hexsense::store::CoefficientSet;
 use hexsense::wire::Drive;
 
 use crate::campaign::BoardSums;
@@ -76,24 +77,40 @@ pub fn replay(board: &BoardSums, capture: &Capture) -> Result<(), ReplayError> {
 }
 
 /// The scans that the sums were made of.
-fn window<'a>(
-    board: &BoardSums,
-    capture: &'a Capture,
-) -> Result<&'a [hexsense::channel::Scan], ReplayError> {
+fn window<'a>(board: &BoardSums, capture: &'a Capture) -> Result<&'a [Scan], ReplayError> {
     let scans = board.drive.blocks as usize * board.drive.block.scans();
-    let last = board.first_scan + (scans as u64).saturating_sub(1);
-    let missing = ReplayError::Missing {
-        first: board.first_scan,
-        last,
-    };
-    let first = capture.scans.binary_search(&board.first_scan);
-    let end = first.map(|first| first + scans);
-    match (first, end) {
-        (Ok(first), Ok(end)) if scans > 0 && capture.scans.get(end - 1) == Some(&last) => {
-            capture.counts.get(first..end).ok_or(missing)
-        }
-        _ => Err(missing),
-    }
+    let window = capture.window(board.first_scan, scans);
+    window
+        .map(|window| &capture.counts[window])
+        .ok_or(ReplayError::Missing {
+            first: board.first_scan,
+            last: board.first_scan + (scans as u64).saturating_sub(1),
+        })
+}
+
+/// Values of one scan that the board streamed, and those that its counts and its set give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrongValues {
+    /// Scan counter.
+    pub scan: u64,
+    /// The board's.
+    pub board: Values,
+    /// Those of the capture.
+    pub host: Values,
+}
+
+/// The first scan whose values, where the board streamed them, are not bit for bit those that its counts and `set` give.
+#[must_use]
+pub fn first_wrong_values(capture: &Capture, set: &CoefficientSet) -> Option<WrongValues> {
+    let calibrator = Calibrator::new(set);
+    let bits = |values: Values| values.map(f32::to_bits);
+    let streamed = capture.values.iter().flatten().enumerate();
+    let mut compared = streamed.map(|(row, values)| WrongValues {
+        scan: capture.scans[row],
+        board: *values,
+        host: calibrator.apply(&capture.counts[row], capture.supply[row]),
+    });
+    compared.find(|values| bits(values.board) != bits(values.host))
 }
 
 /// Name and values of the first sum that differs.

@@ -76,8 +76,6 @@ pub struct Harmonics {
     pub harmonics: [Harmonic; HARMONICS],
     /// Root mean square of what the fit leaves (for sums in blocks: of the block means).
     pub residual_rms: f64,
-    /// Standard uncertainty of the first harmonic's amplitude, from the residuals taken as white.
-    pub amplitude_uncertainty: f64,
     /// Standard uncertainties of everything, from the residuals taken as white.
     pub uncertainty: Uncertainty,
 }
@@ -145,7 +143,6 @@ impl Harmonics {
             drift: unknowns[1],
             harmonics,
             residual_rms,
-            amplitude_uncertainty: uncertainty.amplitude[0],
             uncertainty,
         }
     }

@@ -1,6 +1,6 @@
 //! The parts of the product, built and found.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Context;
@@ -59,6 +59,15 @@ pub fn firmware(command: &str) -> Command {
     ]);
     cargo.args(["--features", "firmware", "--bin", "firmware"]);
     cargo
+}
+
+/// Makes a folder, or empties it where it is.
+pub fn empty_folder(folder: &Path) -> anyhow::Result<()> {
+    let what = || format!("cannot make room in {}", folder.display());
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).with_context(what)?;
+    }
+    std::fs::create_dir_all(folder).with_context(what)
 }
 
 /// Root of the workspace.

@@ -12,9 +12,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
-use hexsense::sampling::Calibrator;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::coefficient_file;
+use hexsense_probe::replay::first_wrong_values;
 use serde_json::Value;
 
 use crate::bench::Bench;
@@ -81,6 +81,17 @@ fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
     Ok(files)
 }
 
+/// A bench in a folder of its own, which is emptied.
+fn bench<'a>(parts: &'a Parts, folder: &'a Path) -> anyhow::Result<Bench<'a>> {
+    build::empty_folder(folder)?;
+    Ok(Bench {
+        parts,
+        seed: SEED,
+        geometry: GEOMETRY,
+        folder,
+    })
+}
+
 /// Rates with the blocks that are recorded at each.
 const STREAMS: [(u32, u32); 5] = [(1_000, 1), (1_000, 16), (2_000, 4), (4_000, 8), (4_000, 32)];
 /// Length of a recording, s.
@@ -90,16 +101,7 @@ const STREAM_S: u32 = 4;
 pub fn streams() -> anyhow::Result<()> {
     let parts = Parts::find()?;
     let folder = build::workspace().join("target/system-test/streams");
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder)?;
-    }
-    std::fs::create_dir_all(&folder)?;
-    let bench = Bench {
-        parts: &parts,
-        seed: SEED,
-        geometry: GEOMETRY,
-        folder: &folder,
-    };
+    let bench = bench(&parts, &folder)?;
     let twin = bench.twin()?;
     bench.papers()?;
     let board = bench.board(&twin)?;
@@ -114,7 +116,9 @@ pub fn streams() -> anyhow::Result<()> {
         note["set"] == bench.active_id(&board)?,
         "the note names another set: {note}"
     );
-    values_replay(&capture, &bench.coefficients())?;
+    ensure!(capture.values.is_some(), "no values were recorded");
+    let wrong = first_wrong_values(&capture, &coefficient_file::load(&bench.coefficients())?);
+    ensure!(wrong.is_none(), "the board's values are wrong: {wrong:?}");
     let refused = Told::start(&mut capture_command(
         &bench,
         &board,
@@ -171,38 +175,11 @@ fn capture_command(
     Ok(capture)
 }
 
-/// The board's values are bit for bit those that its counts and its set give.
-fn values_replay(capture: &Capture, coefficients: &Path) -> anyhow::Result<()> {
-    let calibrator = Calibrator::new(&coefficient_file::load(coefficients)?);
-    let values = capture
-        .values
-        .as_deref()
-        .context("no values were recorded")?;
-    for (row, values) in values.iter().enumerate() {
-        let ours = calibrator.apply(&capture.counts[row], capture.supply[row]);
-        ensure!(
-            ours.map(f32::to_bits) == values.map(f32::to_bits),
-            "scan {}: the board's values {values:?} are not {ours:?}",
-            capture.scans[row]
-        );
-    }
-    Ok(())
-}
-
 /// The plug pulled during a run, then during an upload.
 pub fn plug_pulled() -> anyhow::Result<()> {
     let parts = Parts::find()?;
     let folder = build::workspace().join("target/system-test/plug");
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder)?;
-    }
-    std::fs::create_dir_all(&folder)?;
-    let bench = Bench {
-        parts: &parts,
-        seed: SEED,
-        geometry: GEOMETRY,
-        folder: &folder,
-    };
+    let bench = bench(&parts, &folder)?;
     let twin = bench.twin()?;
     bench.papers()?;
 

@@ -144,7 +144,6 @@ fn harmonics(offset: f64, waves: &[(f64, f64)]) -> Harmonics {
         drift: 0.0,
         harmonics,
         residual_rms: 0.0,
-        amplitude_uncertainty: 0.0,
         uncertainty: Uncertainty::default(),
     }
 }

@@ -32,7 +32,7 @@ fn variances(fits: &[Harmonics]) -> (f64, f64) {
         |value: &dyn Fn(&Harmonics) -> f64| fits.iter().map(value).sum::<f64>() / fits.len() as f64;
     let amplitude = mean(&|fit| fit.first().amplitude());
     let observed = mean(&|fit| (fit.first().amplitude() - amplitude).powi(2));
-    (observed, mean(&|fit| fit.amplitude_uncertainty.powi(2)))
+    (observed, mean(&|fit| fit.uncertainty.amplitude[0].powi(2)))
 }
 
 /// 4000 trials know a variance to 2.2 %; 5 % beyond theory is more than two of that.

@@ -51,7 +51,7 @@ fn what_is_put_in_comes_out() {
     near(found.harmonics[2].amplitude(), 0.03);
     near(found.harmonics[2].phase(), -1.0);
     near(found.distortion(), 0.015);
-    assert!(found.residual_rms < 1e-6 && found.amplitude_uncertainty < 1e-7);
+    assert!(found.residual_rms < 1e-6 && found.uncertainty.amplitude[0] < 1e-7);
 }
 
 /// Worst relative error of the amplitude over sixteen phases, of single-precision samples of a sine of one.

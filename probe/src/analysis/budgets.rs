@@ -204,10 +204,10 @@ impl Budgets {
         for triad in triads.iter().filter(|_| amplitude > 0.0) {
             let (index, axis) = (triad.index(), driven % 3);
             let gain = estimate.fits[index].matrix[(axis, axis)];
-            let standard = gain * fit.amplitude_uncertainty / amplitude;
+            let standard = gain * fit.uncertainty.amplitude[0] / amplitude;
             self.matrix[index][axis][axis].add(Cause::JackNoise, Shape::Normal, standard);
             let phase =
-                estimate.fits[index].delay_shares[axis] * fit.amplitude_uncertainty / amplitude;
+                estimate.fits[index].delay_shares[axis] * fit.uncertainty.amplitude[0] / amplitude;
             self.delay[index].add(Cause::JackNoise, Shape::Normal, phase / sweep.omega);
         }
         Ok(())

@@ -7,6 +7,7 @@ use hexsense::harmonics::{Harmonic, Harmonics, Series};
 use hexsense::kinematics::forward::{Options, Solver};
 use hexsense::kinematics::{Pose, forward::ForwardError};
 use hexsense::least_squares::NormalEquations;
+use hexsense::live_pose::STROKE_MARGIN_M;
 use hexsense::sampling::instant_s;
 use nalgebra::{Complex, Vector3};
 
@@ -66,9 +67,8 @@ impl<'a> Poses<'a> {
                 cause: "the hinges",
                 problem: problem.to_string(),
             })?;
-        // A jack may read beyond its stroke by the tolerance of its transducer.
         let options = Options {
-            stroke_margin_m: 0.01,
+            stroke_margin_m: STROKE_MARGIN_M,
             ..Options::default()
         };
         Ok(Self {

@@ -1,7 +1,6 @@
 //! `hexsense verify`: the stored coefficients on a movement that they were not fitted to.
 
 use clap::Args;
-use hexsense::sampling::{Calibrator, Values};
 use hexsense::store::{CoefficientSet, SetId};
 use hexsense::wire::PoseReport;
 
@@ -16,6 +15,7 @@ use crate::geometry_file::GeometryFile;
 use crate::link::Client;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
+use crate::replay::{WrongValues, first_wrong_values};
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
 
@@ -163,17 +163,11 @@ fn check_values(capture: &Capture, set: &CoefficientSet, run: &str) -> anyhow::R
     if values.is_empty() {
         anyhow::bail!("run {run} holds no values made by the board; record it again");
     }
-    let calibrator = Calibrator::new(set);
-    let bits = |values: Values| values.map(f32::to_bits);
-    for (row, values) in values.iter().enumerate() {
-        let ours = calibrator.apply(&capture.counts[row], capture.supply[row]);
-        if bits(ours) != bits(*values) {
-            anyhow::bail!(
-                "run {run}, scan {}: the board's values {values:?} are not those that its counts and its set give, \
-                 {ours:?}; firmware and hexsense are of different builds, or the set was changed during the run",
-                capture.scans[row]
-            );
-        }
+    if let Some(WrongValues { scan, board, host }) = first_wrong_values(capture, set) {
+        anyhow::bail!(
+            "run {run}, scan {scan}: the board's values {board:?} are not those that its counts and its set give, \
+             {host:?}; firmware and hexsense are of different builds, or the set was changed during the run"
+        );
     }
     eprintln!(
         "{} scans: the board's values are bit for bit those that its counts give",
@@ -210,6 +204,7 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hexsense::sampling::{Calibrator, Values};
     use hexsense::store::{JackCoefficients, MotionBase, TriadCoefficients};
 
     #[test]

@@ -220,7 +220,6 @@ fn no_heave(zero: &Rest) -> Sweep {
             sine: 0.0,
         }; HARMONICS],
         residual_rms: 0.0,
-        amplitude_uncertainty: 0.0,
         uncertainty: Uncertainty::default(),
     };
     let group = 4;

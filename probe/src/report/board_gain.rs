@@ -17,12 +17,13 @@ use core::f64::consts::TAU;
 
 use hexsense::calibration::truth::{coordinates, sine_truth};
 use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::{HARMONICS, Harmonics, Series, solve_channel};
+use hexsense::harmonics::{Harmonics, Series, solve_channel};
 
 use crate::analysis::AnalysisError;
 use crate::analysis::belief::Belief;
 use crate::analysis::estimate::Poses;
 use crate::campaign::BoardSums;
+use crate::report::signals::value;
 
 /// Points of a period at which poses are found: many more than five harmonics and their products need.
 const POINTS: usize = 64;
@@ -67,7 +68,7 @@ pub fn gains(
     let mut path = Vec::with_capacity(POINTS);
     for point in 0..POINTS {
         let theta = TAU * point as f64 / POINTS as f64;
-        let counts = core::array::from_fn(|jack| supply * value(&jacks[jack], theta));
+        let counts = core::array::from_fn(|jack| supply * value(&jacks[jack], theta, 0.0));
         path.push(coordinates(&poses.next(&counts)?));
     }
     let Some(fits) = Series::fit_all(TAU / POINTS as f64, path.into_iter()) else {
@@ -84,13 +85,4 @@ pub fn gains(
         truth: felt[channel / 3][channel % 3].norm(),
         counts: supply * sensors[channel].first().amplitude(),
     })))
-}
-
-/// A signal at phase `theta` of the drive, rad.
-fn value(fit: &Harmonics, theta: f64) -> f64 {
-    let harmonics = (1..=HARMONICS).zip(&fit.harmonics).map(|(k, harmonic)| {
-        let (sine, cosine) = (k as f64 * theta).sin_cos();
-        harmonic.cosine * cosine + harmonic.sine * sine
-    });
-    fit.offset + harmonics.sum::<f64>()
 }

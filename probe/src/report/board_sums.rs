@@ -87,9 +87,9 @@ fn compare<'a>(
             channel,
             board: (
                 board.first().amplitude() * supply,
-                board.amplitude_uncertainty * supply,
+                board.uncertainty.amplitude[0] * supply,
             ),
-            host: (host.first().amplitude(), host.amplitude_uncertainty),
+            host: (host.first().amplitude(), host.uncertainty.amplitude[0]),
             gain: gains[channel],
         })
     });
@@ -100,9 +100,8 @@ fn compare<'a>(
 fn mean_supply(run: &Run, sums: &BoardSums) -> f64 {
     let supply = &run.capture.supply;
     let scans = sums.drive.blocks as usize * sums.drive.block.scans();
-    let first = run.capture.scans.binary_search(&sums.first_scan).ok();
-    let window = first.and_then(|first| supply.get(first..first + scans));
-    let factors = window.unwrap_or(supply);
+    let window = run.capture.window(sums.first_scan, scans);
+    let factors = window.map_or(supply.as_slice(), |window| &supply[window]);
     factors.iter().map(|factor| f64::from(*factor)).sum::<f64>() / factors.len().max(1) as f64
 }
 

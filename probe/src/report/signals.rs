@@ -108,8 +108,10 @@ impl<'a> Trace<'a> {
     }
 
     fn amplitude(&self) -> String {
-        let [value, uncertainty] =
-            rounded(self.fit.first().amplitude(), self.fit.amplitude_uncertainty);
+        let [value, uncertainty] = rounded(
+            self.fit.first().amplitude(),
+            self.fit.uncertainty.amplitude[0],
+        );
         format!(
             "{} {value} ± {uncertainty} counts, residuals {} counts",
             NAMES[self.channel],
@@ -119,7 +121,7 @@ impl<'a> Trace<'a> {
 }
 
 /// A fitted signal at phase `theta` of the drive, rad, and `place` in the window, −½ to ½.
-fn value(fit: &Harmonics, theta: f64, place: f64) -> f64 {
+pub(super) fn value(fit: &Harmonics, theta: f64, place: f64) -> f64 {
     let harmonics = (1..).zip(&fit.harmonics).map(|(k, harmonic)| {
         let (sine, cosine) = (f64::from(k) * theta).sin_cos();
         harmonic.cosine * cosine + harmonic.sine * sine
@@ -192,7 +194,7 @@ impl Trace<'_> {
 
     fn draw_harmonics(&self, drawing: &mut Drawing, top: f64) {
         let amplitudes = self.fit.harmonics.map(|harmonic| harmonic.amplitude());
-        let uncertainty = self.fit.amplitude_uncertainty;
+        let uncertainty = self.fit.uncertainty.amplitude[0];
         let x = Scale::between(0.4, amplitudes.len() as f64 + 0.6, 5);
         let y = Scale::decades(amplitudes.into_iter().chain([uncertainty]));
         let panel = Panel {

@@ -2,14 +2,13 @@
 
 use anyhow::{Context, ensure};
 use hexsense::channel::{INERTIAL, JACKS, NAMES};
-use hexsense::sampling::Calibrator;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
 use hexsense_probe::analysis::results::Results;
 use hexsense_probe::campaign::Campaign;
 use hexsense_probe::coefficient_file;
 use hexsense_probe::plan::Purpose;
-use hexsense_probe::replay::{INTEGERS, replay};
+use hexsense_probe::replay::{INTEGERS, first_wrong_values, replay};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -91,15 +90,12 @@ fn replay_all(campaign: &Campaign, held_out: &Run) -> anyhow::Result<Replay> {
         }
     }
     let set = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
-    let (calibrator, capture) = (Calibrator::new(&set), &held_out.capture);
-    let values = capture.values.as_deref().unwrap_or_default();
-    let scans = capture.counts.iter().zip(&capture.supply);
-    let ours = scans.map(|(scan, supply)| calibrator.apply(scan, *supply).map(f32::to_bits));
+    let values = held_out.capture.values.as_deref().unwrap_or_default();
     Ok(Replay {
         sums,
         sums_equal,
         values: values.len() * INERTIAL,
-        values_equal: ours.eq(values.iter().map(|values| values.map(f32::to_bits))),
+        values_equal: first_wrong_values(&held_out.capture, &set).is_none(),
     })
 }
 

@@ -76,10 +76,8 @@ fn folder(arguments: &Arguments) -> anyhow::Result<PathBuf> {
             .join(format!("{name}-{}", arguments.seed))
     };
     let folder = arguments.out.clone().unwrap_or_else(default);
-    let what = |folder: &PathBuf| format!("cannot make room in {}", folder.display());
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).with_context(|| what(&folder))?;
-    }
-    std::fs::create_dir_all(&folder).with_context(|| what(&folder))?;
-    folder.canonicalize().with_context(|| what(&folder))
+    build::empty_folder(&folder)?;
+    folder
+        .canonicalize()
+        .with_context(|| format!("cannot make room in {}", folder.display()))
 }
