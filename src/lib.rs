@@ -13,17 +13,21 @@
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
 //! | [`least_squares`] | the linear fit behind harmonics and calibration |
 //! | [`calibration`] | zero, static holds, heave and sine runs → offsets, matrices, uncertainties |
-//! | [`store`] | the coefficient record and its place in flash |
+//! | [`store`] | the coefficient record, the log of changes and the key, each with its place in flash |
+//! | [`authority`] | who may change them |
+//! | [`keeper`] | changes of them, whole or not at all, each with its entry in the log |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
 //! Frames, angles and words are those of GOST 20058-80: X forward, Y up, Z right; see [`kinematics`].
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod authority;
 pub mod calibration;
 pub mod channel;
 pub mod excitation;
 pub mod harmonics;
+pub mod keeper;
 pub mod kinematics;
 pub mod least_squares;
 pub mod live_pose;

@@ -4,11 +4,14 @@
 //! the sample path. Other commands go to the task that can carry them out, sampling or storage, and their answer follows when it comes; until then any other command is refused as
 //! [`Refusal::Busy`], so that every answer belongs to the one command that is open.
 
+use core::sync::atomic::Ordering;
+
 use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense::channel::{CHANNELS, JACKS};
 use hexsense::harmonics::{Analyser, ChannelSums};
+use hexsense::keeper;
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
 use hexsense::wire::frame::{self, Closed};
@@ -23,7 +26,6 @@ use super::path::{self, Progress};
 use super::queue::Piece;
 use super::quick_look;
 use super::sampling;
-use super::storage;
 use super::supply::Reading;
 
 /// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
@@ -44,7 +46,7 @@ pub struct Desk {
     origin: Origin,
     exchange: &'static Exchange,
     supply: Receiver<'static, Guard, Reading, 2>,
-    active: Receiver<'static, Guard, Active, 2>,
+    active: Receiver<'static, Guard, Option<Active>, 2>,
     stream: StreamContent,
     /// Jacks of a block of which a piece is still to be sent.
     begun: Option<JackBlock>,
@@ -177,18 +179,25 @@ impl Desk {
             Request::Block(block) => return self.set_block(block, sequence),
             Request::Drive { analyser, drive } => return self.set_drive(analyser, drive),
             Request::Harmonics { analyser, channel } => return harmonics(analyser, channel),
-            Request::ActiveSet => storage::Command::ActiveSet,
-            Request::ReadSet { offset } => storage::Command::Read(offset),
-            Request::UploadBegin { length, id } => storage::Command::Begin(length, id),
-            Request::UploadChunk { offset, bytes } => storage::Command::Chunk(offset, bytes),
-            Request::UploadCommit => storage::Command::Commit,
-            Request::UploadAbort => storage::Command::Abort,
+            Request::ActiveSet => keeper::Command::ActiveSet,
+            Request::ReadSet { offset } => keeper::Command::Read(offset),
+            Request::History { age } => keeper::Command::History(age),
+            Request::Log { counter } => keeper::Command::Log(counter),
+            Request::Challenge => keeper::Command::Challenge,
+            Request::Change { change, tag } => keeper::Command::Change(change, tag),
+            Request::UploadChunk { offset, bytes } => keeper::Command::Chunk(offset, bytes),
+            Request::UploadCommit => keeper::Command::Commit,
+            Request::UploadAbort => keeper::Command::Abort,
         };
         self.order(&self.exchange.to_storage, command, sequence)
     }
 
+    fn active(&mut self) -> Option<Active> {
+        self.active.try_get().flatten()
+    }
+
     fn set_stream(&mut self, content: StreamContent) -> Result<Outcome, Refusal> {
-        if (content.values || content.pose) && !self.active.contains_value() {
+        if (content.values || content.pose) && self.active().is_none() {
             return Err(Refusal::NoSet);
         }
         let Progress { rate_hz, block, .. } = path::with(|path| path.progress);
@@ -255,7 +264,7 @@ impl Desk {
         let analysers = path::with(|path| path.analysers.each_ref().map(Analyser::state));
         let tilt = path::with(|path| path.queue.latest_values().map(quick_look::sums));
         let supply = self.supply.try_get();
-        let calibrated_c = self.active.try_get().map(|active| active.temperature_c);
+        let calibrated_c = self.active().map(|active| active.temperature_c);
         let in_calibrated_range = supply
             .zip(calibrated_c)
             .is_some_and(|(now, then)| (now.temperature_c - then).abs() <= CALIBRATED_RANGE_K);
@@ -276,6 +285,7 @@ impl Desk {
             temperature_c: supply.map_or(f32::NAN, |reading| reading.temperature_c),
             in_calibrated_range,
             tilt_approximate_rad: tilt.map(quick_look::tilt),
+            provisioned: self.exchange.provisioned.load(Ordering::Relaxed),
             panic: self.origin.panic.clone(),
         }
     }
@@ -309,7 +319,11 @@ fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header 
         temperature_c: piece.context.temperature_c,
         set: piece.context.set,
         dropped: progress.dropped,
-        content,
+        // After a factory reset the host learns that there are no values any more.
+        content: StreamContent {
+            values: content.values && piece.context.set.is_some(),
+            ..content
+        },
     }
 }
 

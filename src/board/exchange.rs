@@ -15,16 +15,19 @@
 //! What the sample path shares is in [`super::path`]. A *latest* value has one writer and overwrites itself; a command is
 //! answered exactly once.
 
+use core::sync::atomic::AtomicBool;
+
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
+use hexsense::keeper;
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::Calibrator;
-use hexsense::wire::message;
+use hexsense::store::SetId;
 use hexsense::wire::{PoseReport, Response};
 
-use super::{pose, sampling, storage, supply};
+use super::{pose, sampling, supply};
 
 /// Guards what tasks of different priorities share.
 pub type Guard = CriticalSectionRawMutex;
@@ -33,7 +36,7 @@ pub type Guard = CriticalSectionRawMutex;
 #[derive(Clone)]
 pub struct Active {
     /// Which one it is.
-    pub set: message::ActiveSet,
+    pub id: SetId,
     /// Temperature of the die during its calibration, °C.
     pub temperature_c: f32,
     /// The set in the form that the sample path uses.
@@ -54,10 +57,12 @@ pub struct Alive {
 pub struct Exchange {
     /// Latest supply and temperature: to sampling and link.
     pub supply: Watch<Guard, supply::Reading, 2>,
-    /// Latest active set, once there is one: to sampling and link.
-    pub active: Watch<Guard, Active, 2>,
+    /// Latest active set, once there was one: to sampling and link.
+    pub active: Watch<Guard, Option<Active>, 2>,
+    /// Whether the board has a key: storage to link.
+    pub provisioned: AtomicBool,
     /// Base of a new active set: storage to pose.
-    pub base: Signal<Guard, pose::Base>,
+    pub base: Signal<Guard, Option<pose::Base>>,
     /// Jacks of the latest block that the link has sent: to pose.
     pub jacks: Signal<Guard, JackBlock>,
     /// Latest pose, or why there is none: to the link.
@@ -65,7 +70,7 @@ pub struct Exchange {
     /// Link to the sampling task.
     pub to_sampling: Channel<Guard, sampling::Command, 1>,
     /// Link to storage.
-    pub to_storage: Channel<Guard, storage::Command, 1>,
+    pub to_storage: Channel<Guard, keeper::Command, 1>,
     /// Sampling task and storage to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
     /// To the supervisor.
@@ -78,6 +83,7 @@ impl Exchange {
         Self {
             supply: Watch::new(),
             active: Watch::new(),
+            provisioned: AtomicBool::new(false),
             base: Signal::new(),
             jacks: Signal::new(),
             pose: Signal::new(),

@@ -17,9 +17,9 @@ use embassy_stm32::adc::{AdcChannel, AnyAdcChannel};
 use embassy_stm32::interrupt::{self, Priority};
 use embassy_stm32::peripherals::{
     ADC1, ADC2, ADC5, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA1_CH5, FLASH, IWDG, LPUART1, PA0,
-    PA1, PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, TIM6,
+    PA1, PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, RNG, TIM6,
 };
-use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, usart};
+use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, rng, usart};
 use hexsense::channel::{INERTIAL, JACKS};
 
 use super::path;
@@ -34,6 +34,7 @@ bind_interrupts!(
         DMA1_CHANNEL5 => dma::InterruptHandler<DMA1_CH5>;
         LPUART1 => usart::InterruptHandler<LPUART1>;
         FLASH => flash::InterruptHandler;
+        RNG => rng::InterruptHandler<RNG>;
     }
 );
 
@@ -48,9 +49,10 @@ pub const LINK_PRIORITY: Priority = Priority::P8;
 /// The sample interrupt: DMA of the converter that ends last.
 pub const SAMPLE_VECTOR: interrupt::Interrupt = interrupt::Interrupt::DMA1_CHANNEL1;
 /// The other drivers' interrupts but those of DMA.
-pub const DRIVER_VECTORS: [interrupt::Interrupt; 3] = [
+pub const DRIVER_VECTORS: [interrupt::Interrupt; 4] = [
     interrupt::Interrupt::LPUART1,
     interrupt::Interrupt::FLASH,
+    interrupt::Interrupt::RNG,
     interrupt::Interrupt::TIM1_BRK_TIM15,
 ];
 /// Number of the inertial channels' DMA channel, from 0.
@@ -166,6 +168,8 @@ pub struct Parts {
     pub serial: Serial,
     /// For the storage.
     pub flash: Peri<'static, FLASH>,
+    /// For the storage's challenges.
+    pub random: Peri<'static, RNG>,
     /// For the supervisor.
     pub watchdog: Peri<'static, IWDG>,
 }
@@ -196,6 +200,7 @@ pub fn assign(p: Peripherals) -> Parts {
             rx_dma: p.DMA1_CH4,
         },
         flash: p.FLASH,
+        random: p.RNG,
         watchdog: p.IWDG,
     }
 }

@@ -35,8 +35,8 @@ pub async fn find(exchange: &'static Exchange) -> ! {
     loop {
         let block = exchange.jacks.wait().await;
         let now = Instant::now();
-        if let Some(Base { set, base, jacks }) = exchange.base.try_take() {
-            active = Some((set, Tracker::new(&base, &jacks)));
+        if let Some(base) = exchange.base.try_take() {
+            active = base.map(|base| (base.set, Tracker::new(&base.base, &base.jacks)));
         }
         // Without a set nobody may ask for poses.
         let Some((set, tracker)) = &mut active else {

@@ -128,7 +128,7 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions) -> End {
 /// Supply, temperature and coefficients: what the path applies and seldom changes.
 struct Conditions {
     supply: Receiver<'static, Guard, Reading, 2>,
-    active: Receiver<'static, Guard, Active, 2>,
+    active: Receiver<'static, Guard, Option<Active>, 2>,
     reading: Reading,
     set: Option<Active>,
 }
@@ -154,7 +154,7 @@ impl Conditions {
     async fn change(&mut self) {
         match select(self.supply.changed(), self.active.changed()).await {
             Either::First(reading) => self.reading = reading,
-            Either::Second(active) => self.set = Some(active),
+            Either::Second(active) => self.set = active,
         }
     }
 
@@ -164,7 +164,7 @@ impl Conditions {
         let context = Context {
             supply,
             temperature_c: self.reading.temperature_c,
-            set: self.set.as_ref().map(|active| active.set.id),
+            set: self.set.as_ref().map(|active| active.id),
         };
         let prepared = self
             .set

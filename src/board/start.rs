@@ -55,7 +55,7 @@ fn main() -> ! {
     let link = LINK.start(pins::LINK_VECTOR);
     link.spawn(link::talk(parts.serial, origin, exchange).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
-        background.spawn(storage::store(parts.flash, board, exchange).unwrap());
+        background.spawn(storage::store(parts.flash, parts.random, board, exchange).unwrap());
         background.spawn(pose::find(exchange).unwrap());
         background.spawn(supply::measure(parts.supply, exchange).unwrap());
         background.spawn(supervisor::supervise(parts.watchdog, exchange).unwrap());

@@ -5,14 +5,16 @@
 //! last word of its own write, so an interrupted write leaves the older sets as they were.
 //!
 //! ```text
-//! slot = sequence mod 8 → | sequence u32 LE | encoded set |      even slots: first half, odd slots: second half
+//! slot = that of the newest set + 1, mod 8 → | log entry, postcard | encoded set |
+//! even slots: first half, odd slots: second half
 //! ```
 //!
 //! The range is cut into two halves with a map each, used in turn. An erasure that was interrupted leaves a page in
 //! which anything may stand, even what looks like the start of a map. It can only have hit the half that does not
 //! hold the newest set; when that half does not take the next set, it is erased and starts anew.
 //!
-//! The set with the highest sequence that decodes is the active one.
+//! A set is stored together with the entry that its activation has in the [`super::log`]: both are there or neither.
+//! The set whose entry has the highest counter, of those that decode, is the active one.
 
 use core::ops::Range;
 
@@ -21,15 +23,17 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
+use super::log::Entry;
 use super::record::{CoefficientSet, MAX_ENCODED, RecordError, SetId};
 
 /// Sets that are kept; an older one is overwritten.
-pub const KEPT: u32 = 8;
+pub const KEPT: u8 = 8;
 /// Fewest pages of a half: one to write to, one that is erased, one that still holds older sets.
 const HALF_PAGES: u32 = 3;
-const SEQUENCE_BYTES: usize = 4;
-/// Key, sequence and set, rounded up to the longest flash word.
-const WORK_BYTES: usize = MAX_ENCODED + SEQUENCE_BYTES + 32;
+/// Longest entry in postcard, bytes: counter 5, reason 1, time 10, two identities of 9.
+const MAX_ENTRY: usize = 34;
+/// Key, entry and set, rounded up to the longest flash word.
+const WORK_BYTES: usize = MAX_ENTRY + MAX_ENCODED + 32;
 
 type Map<'f, F> = MapStorage<u8, &'f mut F, Cache<Uncached, Uncached, Uncached, u8>>;
 
@@ -53,12 +57,15 @@ pub enum ArchiveError<E> {
 /// A stored set with its place in history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stored {
-    /// Counts every commit on this board, from 1.
-    pub sequence: u32,
+    /// How it became active.
+    pub entry: Entry,
     /// Identity of the set.
     pub id: SetId,
+    /// Length of the encoded set, bytes.
+    pub length: u16,
     /// The set.
     pub set: CoefficientSet,
+    slot: u8,
 }
 
 /// The sets on one flash range; owns the flash.
@@ -81,65 +88,105 @@ impl<F: NorFlash> Archive<F> {
         Ok(Self { flash, range })
     }
 
-    /// The active set: the newest that decodes; `None` on an empty archive.
+    /// The newest set that decodes, activated after the entry with counter `after`; `None` when there is none.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`].
-    pub async fn newest(&mut self) -> Result<Option<Stored>, ArchiveError<F::Error>> {
+    pub async fn newest(&mut self, after: u32) -> Result<Option<Stored>, ArchiveError<F::Error>> {
+        self.newest_before(u32::MAX, after).await
+    }
+
+    /// The set that is `age` places older than the newest of those activated after `after`; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Flash`].
+    pub async fn kept(
+        &mut self,
+        age: u8,
+        after: u32,
+    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
+        let mut found = self.newest(after).await?;
+        for _ in 0..age {
+            let Some(newer) = found else { break };
+            found = self.newest_before(newer.entry.counter, after).await?;
+        }
+        Ok(found)
+    }
+
+    async fn newest_before(
+        &mut self,
+        before: u32,
+        after: u32,
+    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
         let mut newest: Option<Stored> = None;
-        for slot in 0..KEPT as u8 {
+        for slot in 0..KEPT {
             let stored = match self.fetch(slot).await {
                 Err(error @ ArchiveError::Flash(Error::Storage { .. })) => return Err(error),
                 // Any other error is what an interrupted erasure left; the newest set is in the other half.
                 fetched => fetched.ok().flatten(),
             };
-            if let Some(stored) = stored
-                && newest
-                    .as_ref()
-                    .is_none_or(|best| stored.sequence > best.sequence)
-            {
-                newest = Some(stored);
-            }
+            let best = newest.as_ref().map_or(after, |best| best.entry.counter);
+            newest = stored
+                .filter(|stored| stored.entry.counter > best && stored.entry.counter < before)
+                .or(newest);
         }
         Ok(newest)
     }
 
-    /// Appends an encoded set, reads it back and returns it as stored; from then on it is the newest.
+    /// Appends an encoded set that becomes active as `entry` says, reads it back and returns it as stored.
     ///
     /// # Errors
     /// Every variant of [`ArchiveError`]; the newest set stays as it was.
-    pub async fn append(&mut self, encoded: &[u8]) -> Result<Stored, ArchiveError<F::Error>> {
+    pub async fn append(
+        &mut self,
+        entry: &Entry,
+        encoded: &[u8],
+    ) -> Result<Stored, ArchiveError<F::Error>> {
         CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let sequence = self
-            .newest()
-            .await?
-            .map_or(1, |stored| stored.sequence.wrapping_add(1));
-        if let Ok(stored) = self.store(sequence, encoded).await {
+        let newest = self.newest(0).await?;
+        let slot = newest.map_or(0, |newest| (newest.slot + 1) % KEPT);
+        if let Ok(stored) = self.store(slot, entry, encoded).await {
             return Ok(stored);
         }
-        let mut map = self.map(slot(sequence))?;
+        let mut map = self.map(slot)?;
         map.erase_all().await.map_err(ArchiveError::Flash)?;
-        self.store(sequence, encoded).await
+        self.store(slot, entry, encoded).await
+    }
+
+    /// Erases all sets.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Flash`].
+    pub async fn erase(&mut self) -> Result<(), ArchiveError<F::Error>> {
+        for slot in 0..2 {
+            let mut map = self.map(slot)?;
+            map.erase_all().await.map_err(ArchiveError::Flash)?;
+        }
+        Ok(())
     }
 
     /// Writes a set and reads it back.
     async fn store(
         &mut self,
-        sequence: u32,
+        slot: u8,
+        entry: &Entry,
         encoded: &[u8],
     ) -> Result<Stored, ArchiveError<F::Error>> {
-        let mut item = [0; MAX_ENCODED + SEQUENCE_BYTES];
-        item[..SEQUENCE_BYTES].copy_from_slice(&sequence.to_le_bytes());
-        let length = SEQUENCE_BYTES + encoded.len();
-        item[SEQUENCE_BYTES..length].copy_from_slice(encoded);
-        let slot = slot(sequence);
+        let mut item = [0; MAX_ENTRY + MAX_ENCODED];
+        let written = postcard::to_slice(entry, &mut item).map_or(0, |written| written.len());
+        let length = written + encoded.len();
+        // A set that decodes and an entry always fit.
+        let place = item
+            .get_mut(written..length)
+            .ok_or(ArchiveError::ReadBack)?;
+        place.copy_from_slice(encoded);
         let mut buffer = [0; WORK_BYTES];
         self.map(slot)?
             .store_item(&mut buffer, &slot, &&item[..length])
             .await
             .map_err(ArchiveError::Flash)?;
         let stored = self.fetch(slot).await?.ok_or(ArchiveError::ReadBack)?;
-        if stored.sequence == sequence && stored.id == CoefficientSet::id_of(encoded) {
+        if stored.entry == *entry && stored.id == CoefficientSet::id_of(encoded) {
             Ok(stored)
         } else {
             Err(ArchiveError::ReadBack)
@@ -155,12 +202,13 @@ impl<F: NorFlash> Archive<F> {
             .await
             .map_err(ArchiveError::Flash)?;
         Ok(item.and_then(|item| {
-            let (sequence, encoded) = item.split_first_chunk::<SEQUENCE_BYTES>()?;
-            let set = CoefficientSet::decode(encoded).ok()?;
+            let (entry, encoded) = postcard::take_from_bytes::<Entry>(item).ok()?;
             Some(Stored {
-                sequence: u32::from_le_bytes(*sequence),
+                entry,
                 id: CoefficientSet::id_of(encoded),
-                set,
+                length: encoded.len() as u16,
+                set: CoefficientSet::decode(encoded).ok()?,
+                slot,
             })
         }))
     }
@@ -180,8 +228,4 @@ impl<F: NorFlash> Archive<F> {
             Cache::new_uncached(),
         ))
     }
-}
-
-fn slot(sequence: u32) -> u8 {
-    (sequence % KEPT) as u8
 }

@@ -3,11 +3,16 @@
 //! - [`record`]: a [`CoefficientSet`], its identity and its bytes with a checksum.
 //! - [`base`]: the motion base and its jack transducers in a set.
 //! - [`flash`]: the last eight sets in flash; the newest valid one is active.
+//! - [`log`]: every change, appended and never erased.
+//! - [`key`]: the secret without which nothing is changed.
 
 pub mod base;
 pub mod flash;
+pub mod key;
+pub mod log;
 pub mod record;
 
 pub use base::{BaseError, JackCoefficients, MotionBase};
 pub use flash::{Archive, ArchiveError, Stored};
+pub use log::Entry;
 pub use record::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};

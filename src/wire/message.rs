@@ -4,11 +4,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::harmonics::{ANALYSERS, ChannelSums, Drive, DriveError};
 use crate::sampling::BlockSize;
+use crate::store::log::Entry;
 use crate::store::{RecordError, SetId};
+use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 
 /// Bytes of a coefficient set that travel in one message.
 pub const CHUNK: usize = 128;
+/// Log entries that travel in one message.
+pub const LOG_ENTRIES: usize = 8;
 /// A piece of an encoded coefficient set.
 pub type Chunk = heapless::Vec<u8, CHUNK>;
 
@@ -49,12 +53,26 @@ pub enum Request {
         /// Offset in the encoded set, bytes.
         offset: u16,
     },
-    /// Start an upload; an upload under way is forgotten → [`Response::Done`].
-    UploadBegin {
-        /// Length of the encoded set, bytes.
-        length: u16,
-        /// Identity of the set that will come.
-        id: SetId,
+    /// One of the kept sets → [`Response::Kept`].
+    History {
+        /// How many places older than the newest it is.
+        age: u8,
+    },
+    /// Entries of the log of changes → [`Response::Log`].
+    Log {
+        /// Counter of the first that is wanted; the first there is has 1.
+        counter: u32,
+    },
+    /// Random bytes for the tag of a change → [`Response::Challenge`].
+    Challenge,
+    /// A change of what the board keeps, see [`super::change`]. An upload under way is forgotten → [`Response::Done`]
+    /// for an upload, whose pieces may then come, and for a key; [`Response::Committed`] for a rollback;
+    /// [`Response::Erased`] for a factory reset.
+    Change {
+        /// What to do.
+        change: Change,
+        /// Proof that it comes from somebody with the key.
+        tag: Tag,
     },
     /// The next piece of the set → [`Response::Done`].
     UploadChunk {
@@ -132,8 +150,39 @@ pub enum Response {
         /// At most [`CHUNK`] bytes; fewer at the end.
         bytes: Chunk,
     },
-    /// The uploaded set is stored, read back and active.
+    /// The set is stored, read back and active.
     Committed(ActiveSet),
+    /// A kept set; `None` when there is no such old one.
+    Kept(Option<Kept>),
+    /// Entries of the log, in the order of their counters.
+    Log {
+        /// Counter of the last entry there is, zero when there is none.
+        last: u32,
+        /// Those asked for, as many as fit.
+        entries: heapless::Vec<Entry, LOG_ENTRIES>,
+    },
+    /// Answer it within ten seconds.
+    Challenge(Challenge),
+    /// The sets are erased.
+    Erased {
+        /// How many they were.
+        sets: u8,
+    },
+}
+
+/// A set that the board keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Counter of the log entry with which it became active.
+    pub sequence: u32,
+    /// Identity by content.
+    pub id: SetId,
+    /// Length of the encoded set, bytes.
+    pub length: u16,
+    /// When its campaign ended, seconds since 1970-01-01 UTC.
+    pub made_unix_s: u64,
+    /// When it became active, by the host's clock.
+    pub committed_unix_s: u64,
 }
 
 /// Which set is active.
@@ -141,7 +190,7 @@ pub enum Response {
 pub struct ActiveSet {
     /// Identity by content.
     pub id: SetId,
-    /// Commits on this board so far.
+    /// Counter of the log entry with which it became active.
     pub sequence: u32,
     /// Length of the encoded set, bytes.
     pub length: u16,
@@ -208,6 +257,8 @@ pub struct Status {
     pub in_calibrated_range: bool,
     /// Tilt by the accelerometers, roll and pitch in rad; approximate, for a quick look only.
     pub tilt_approximate_rad: Option<[f32; 2]>,
+    /// Whether the board has a key; without one it takes no changes.
+    pub provisioned: bool,
     /// The message of a panic before the last start.
     pub panic: Option<heapless::String<128>>,
 }
@@ -322,6 +373,54 @@ pub enum Refusal {
         "the board's flash failed; the old set is still active; try again, and replace the board if it happens twice"
     )]
     Flash,
+    /// A change on a board that has no key.
+    #[error("the board has no key and takes no changes; give it one with `hexsense provision`")]
+    Unprovisioned,
+    /// A tag without a challenge that it answers.
+    #[error("no challenge is open: each serves for one change within ten seconds; ask for another")]
+    NoChallenge,
+    /// The tag does not fit.
+    #[error(
+        "the key is not that of this board; nothing has changed. Use the key file it was provisioned with"
+    )]
+    WrongTag,
+    /// A change too soon after a wrong tag.
+    #[error(
+        "after a wrong key the board takes no change for another {ms} ms; wait, then use the right key file"
+    )]
+    BackOff {
+        /// How long still, ms.
+        ms: u32,
+    },
+    /// The upload took longer than its unlock lasts.
+    #[error("the upload took longer than a minute, and its unlock has expired; begin again")]
+    Expired,
+    /// No kept set has this identity.
+    #[error("the board keeps no set of this identity; see those it keeps with `hexsense history`")]
+    NoSuchSet,
+    /// A rollback to the set that is active.
+    #[error("this set is the active one already")]
+    AlreadyActive,
+    /// No place is left in the log.
+    #[error(
+        "the log of changes is full, and a change that could not be logged is not made; save the log and replace the board"
+    )]
+    LogFull,
+    /// The change was made and its entry in the log was not.
+    #[error(
+        "the change was made, but the flash did not take its log entry, which is tried again at the next start; replace the board if that fails too"
+    )]
+    Log,
+    /// The sets are out of use and could not be erased.
+    #[error(
+        "no set is active any more, but the flash could not be erased, which is tried again at the next start; replace the board if that fails too"
+    )]
+    Erasure,
+    /// The chip's generator of random numbers failed.
+    #[error(
+        "the chip's random numbers failed their test, so that no challenge can be made; try again, and replace the board if it happens twice"
+    )]
+    Random,
     /// Something that needs time is under way.
     #[error("the board is busy with an earlier request; ask again")]
     Busy,

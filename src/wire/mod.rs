@@ -18,6 +18,7 @@
 //!
 //! Anything but hello and greeting may change; then [`VERSION`] must.
 
+pub mod change;
 pub mod frame;
 pub mod hello;
 pub mod message;
@@ -30,6 +31,6 @@ pub use message::{HarmonicState, Identity, Refusal, Request, Response, Status, S
 pub use pose::{BoardPose, PoseRefusal, PoseReport};
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
 pub const BAUD: u32 = 2_000_000;

@@ -1,0 +1,93 @@
+//! Who may change what the board keeps: whoever has the key and answers a fresh challenge with it.
+//!
+//! See [`crate::wire::change`] for the exchange. A challenge serves once, right or wrong, and for
+//! [`CHALLENGE_MS`]. After a wrong tag every change is refused for a second, after the next for two, and so on up to
+//! [`LONGEST_WAIT_MS`]; a right one ends that. Nobody guesses 256 bits; the wait keeps a host that tries from taking
+//! the board's time.
+
+use hmac::{Hmac, KeyInit, Mac};
+use sha2::{Digest, Sha256};
+
+use crate::wire::Refusal;
+use crate::wire::change::{Challenge, Change, Key, Tag};
+
+/// How long a challenge may be answered, ms.
+pub const CHALLENGE_MS: u64 = 10_000;
+/// Wait after the first wrong tag, ms.
+const FIRST_WAIT_MS: u64 = 1_000;
+/// Longest wait after a wrong tag, ms.
+pub const LONGEST_WAIT_MS: u64 = 64_000;
+/// Longest encoded change: 10 bytes of time, and an act of at most 36.
+const MAX_CHANGE: usize = 64;
+
+/// Tag of a change on the board with unique id `board`.
+#[must_use]
+pub fn tag(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Tag {
+    mac(key, challenge, board, change)
+        .finalize()
+        .into_bytes()
+        .into()
+}
+
+fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Hmac<Sha256> {
+    // A key shorter than a block of the hash is filled up with zeros (RFC 2104).
+    let mut block = [0; 64];
+    block[..key.0.len()].copy_from_slice(&key.0);
+    let mut encoded = [0; MAX_CHANGE];
+    // It always fits; a change that did not would have the digest of nothing, which no other has.
+    let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
+    let mut mac = Hmac::<Sha256>::new(&block.into());
+    mac.update(challenge);
+    mac.update(board);
+    mac.update(&Sha256::digest(encoded));
+    mac
+}
+
+/// The open challenge, and how often wrong tags came.
+#[derive(Debug, Default)]
+pub struct Authority {
+    open: Option<(Challenge, u64)>,
+    wrong: u32,
+    waits_until_ms: u64,
+}
+
+impl Authority {
+    /// Opens a challenge at `now_ms` (ms since the start); one that was open is void.
+    pub fn open(&mut self, challenge: Challenge, now_ms: u64) {
+        self.open = Some((challenge, now_ms));
+    }
+
+    /// Whether the change comes from somebody with the key; the challenge is used up.
+    ///
+    /// # Errors
+    /// [`Refusal::BackOff`], [`Refusal::NoChallenge`] and [`Refusal::WrongTag`].
+    pub fn check(
+        &mut self,
+        key: &Key,
+        board: &[u8; 12],
+        change: &Change,
+        tag: &Tag,
+        now_ms: u64,
+    ) -> Result<(), Refusal> {
+        let open = self.open.take();
+        if now_ms < self.waits_until_ms {
+            let ms = (self.waits_until_ms - now_ms) as u32;
+            return Err(Refusal::BackOff { ms });
+        }
+        let (challenge, _) = open
+            .filter(|(_, at_ms)| now_ms.saturating_sub(*at_ms) <= CHALLENGE_MS)
+            .ok_or(Refusal::NoChallenge)?;
+        // Compares in a time that tells nothing of how much was right.
+        if mac(key, &challenge, board, change)
+            .verify_slice(tag)
+            .is_err()
+        {
+            let wait_ms = (FIRST_WAIT_MS << self.wrong.min(u32::BITS - 1)).min(LONGEST_WAIT_MS);
+            self.wrong = self.wrong.saturating_add(1);
+            self.waits_until_ms = now_ms.saturating_add(wait_ms);
+            return Err(Refusal::WrongTag);
+        }
+        self.wrong = 0;
+        Ok(())
+    }
+}

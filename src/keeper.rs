@@ -1,0 +1,443 @@
+//! The keeper of the coefficients: what is in flash, who may change it, and the log of changes.
+//!
+//! Everything about coefficients that a host asks for is answered here, on any flash; the board's storage task only
+//! adds the chip. Nothing but this module changes the flash:
+//!
+//! ```text
+//! change, tag ──▶ authority ──▶ upload: pieces → commit ─┐
+//!                               rollback ────────────────┴─▶ archive (set and log entry in one) ──▶ log
+//!                               factory reset ─────────────▶ log ──▶ archive erased
+//!                               provision ─────────────────▶ key ──▶ log
+//! ```
+//!
+//! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
+//! second ([`Keeper::start`]): no change is ever without its entry, and no entry without its change.
+
+use core::ops::Range;
+
+use embedded_storage_async::nor_flash::NorFlash;
+use sha2::{Digest, Sha256};
+
+use crate::authority::Authority;
+use crate::store::key::{KeyPages, StoredKey};
+use crate::store::log::{End, Entry, Log, LogError, Reason};
+use crate::store::{Archive, ArchiveError, CoefficientSet, MAX_ENCODED, SetId, Stored};
+use crate::wire::change::{Act, Challenge, Change, Key, Tag};
+use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
+use crate::wire::{Refusal, Response};
+
+/// Page of the flash, bytes.
+const PAGE: u32 = 2_048;
+/// Where the sets are: eight pages of three sets each, so that 10,000 erasures of a page last for 200,000 uploads.
+pub const ARCHIVE: Range<u32> = 0..8 * PAGE;
+/// Where the two pages of the key begin.
+pub const KEY: u32 = 8 * PAGE;
+/// Where the log is: the rest of a bank of 128 pages, 6041 entries.
+pub const LOG: Range<u32> = 10 * PAGE..128 * PAGE;
+/// How long an upload may take from its tag to its commit, ms.
+pub const UPLOAD_MS: u64 = 60_000;
+
+/// What a host may ask about coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Command {
+    /// Which set is active?
+    ActiveSet,
+    /// Bytes of the active set from this offset on.
+    Read(u16),
+    /// The set so many places older than the newest.
+    History(u8),
+    /// Entries of the log from this counter on.
+    Log(u32),
+    /// A challenge.
+    Challenge,
+    /// A change, with its tag.
+    Change(Change, Tag),
+    /// The next piece of an upload, and where it belongs.
+    Chunk(u16, Chunk),
+    /// Check, store, read back, activate.
+    Commit,
+    /// Forget the upload.
+    Abort,
+}
+
+type Encoded = heapless::Vec<u8, MAX_ENCODED>;
+
+/// An upload under way.
+#[derive(Debug)]
+struct Upload {
+    length: u16,
+    digest: [u8; 32],
+    unix_s: u64,
+    begun_ms: u64,
+    bytes: Encoded,
+}
+
+/// The active set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Active {
+    /// Which it is.
+    pub set: ActiveSet,
+    /// What is in it.
+    pub content: CoefficientSet,
+}
+
+/// The keeper; owns the flash.
+pub struct Keeper<F: NorFlash> {
+    flash: F,
+    board: [u8; 12],
+    end: End,
+    key: Option<StoredKey>,
+    active: Option<Active>,
+    authority: Authority,
+    upload: Option<Upload>,
+}
+
+impl<F: NorFlash> Keeper<F> {
+    /// A keeper of the flash of the board with this unique id; [`Self::start`] comes next.
+    pub fn new(flash: F, board: [u8; 12]) -> Self {
+        Self {
+            flash,
+            board,
+            end: End::default(),
+            key: None,
+            active: None,
+            authority: Authority::default(),
+            upload: None,
+        }
+    }
+
+    /// Reads what is there, and completes what a loss of power interrupted.
+    ///
+    /// # Errors
+    /// [`Refusal::Flash`] when the flash cannot be read, [`Refusal::Log`] or [`Refusal::Erasure`] when something could
+    /// not be completed; what is active is then active all the same.
+    pub async fn start(&mut self) -> Result<(), Refusal> {
+        self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
+        self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
+        let reset = self.end.reset;
+        let stored = self.archive()?.newest(0).await.map_err(refusal)?;
+        let (stored, outdated) = match stored {
+            Some(stored) if stored.entry.counter < reset => (None, true),
+            stored => (stored, false),
+        };
+        let entry = stored.as_ref().map(|stored| stored.entry);
+        if let Some(stored) = stored {
+            self.activate(&stored);
+        }
+        self.complete(entry).await?;
+        if outdated {
+            let erased = self.archive()?.erase().await;
+            erased.map_err(|_| Refusal::Erasure)?;
+        }
+        Ok(())
+    }
+
+    /// Whether there is a key.
+    #[must_use]
+    pub fn is_provisioned(&self) -> bool {
+        self.key.is_some()
+    }
+
+    /// The active set.
+    #[must_use]
+    pub fn active(&self) -> Option<&Active> {
+        self.active.as_ref()
+    }
+
+    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge, and says whether it could.
+    ///
+    /// # Errors
+    /// A [`Refusal`], which says what is wrong.
+    pub async fn carry_out(
+        &mut self,
+        command: Command,
+        now_ms: u64,
+        random: impl AsyncFnOnce(&mut Challenge) -> bool,
+    ) -> Result<Response, Refusal> {
+        match command {
+            Command::ActiveSet => Ok(Response::ActiveSet(
+                self.active.as_ref().map(|active| active.set),
+            )),
+            Command::Read(offset) => self.read(offset),
+            Command::History(age) => self.history(age).await,
+            Command::Log(counter) => self.entries(counter).await,
+            Command::Challenge => {
+                let mut challenge = [0; 16];
+                if !random(&mut challenge).await {
+                    return Err(Refusal::Random);
+                }
+                self.authority.open(challenge, now_ms);
+                Ok(Response::Challenge(challenge))
+            }
+            Command::Change(change, tag) => self.change(&change, &tag, now_ms).await,
+            Command::Chunk(offset, bytes) => self.chunk(offset, &bytes, now_ms),
+            Command::Commit => self.commit(now_ms).await,
+            Command::Abort => {
+                self.upload = None;
+                Ok(Response::Done)
+            }
+        }
+    }
+
+    fn read(&self, offset: u16) -> Result<Response, Refusal> {
+        let active = self.active.as_ref().ok_or(Refusal::NoSet)?;
+        let mut buffer = [0; MAX_ENCODED];
+        let encoded = active
+            .content
+            .encode(&mut buffer)
+            .map_err(Refusal::Record)?;
+        let rest = encoded.get(usize::from(offset)..).ok_or(Refusal::Offset {
+            offset,
+            length: active.set.length,
+        })?;
+        let bytes = rest.iter().copied().take(CHUNK).collect();
+        Ok(Response::SetBytes { offset, bytes })
+    }
+
+    async fn history(&mut self, age: u8) -> Result<Response, Refusal> {
+        let reset = self.end.reset;
+        let stored = self.archive()?.kept(age, reset).await.map_err(refusal)?;
+        Ok(Response::Kept(stored.map(|stored| Kept {
+            sequence: stored.entry.counter,
+            id: stored.id,
+            length: stored.length,
+            made_unix_s: stored.set.unix_s,
+            committed_unix_s: stored.entry.unix_s,
+        })))
+    }
+
+    async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
+        let end = self.end;
+        let entries = self.log().entries(&end, counter).await;
+        Ok(Response::Log {
+            last: end.last_counter(),
+            entries: entries.map_err(|_| Refusal::Flash)?,
+        })
+    }
+
+    async fn change(
+        &mut self,
+        change: &Change,
+        tag: &Tag,
+        now_ms: u64,
+    ) -> Result<Response, Refusal> {
+        let key = match (&self.key, &change.act) {
+            (Some(stored), _) => &stored.key,
+            (None, Act::Provision(key)) => key,
+            (None, _) => return Err(Refusal::Unprovisioned),
+        };
+        self.authority
+            .check(key, &self.board, change, tag, now_ms)?;
+        self.upload = None;
+        let end = self.end;
+        if !self.log().has_room(&end) {
+            return Err(Refusal::LogFull);
+        }
+        match &change.act {
+            Act::Upload { length, digest } => self.begin(*length, *digest, change.unix_s, now_ms),
+            Act::Rollback(id) => self.roll_back(*id, change.unix_s).await,
+            Act::FactoryReset => self.reset(change.unix_s).await,
+            Act::Provision(key) => self.provision(key, change.unix_s).await,
+        }
+    }
+
+    fn begin(
+        &mut self,
+        length: u16,
+        digest: [u8; 32],
+        unix_s: u64,
+        begun_ms: u64,
+    ) -> Result<Response, Refusal> {
+        if length == 0 || usize::from(length) > MAX_ENCODED {
+            let limit = MAX_ENCODED as u16;
+            return Err(Refusal::Length { length, limit });
+        }
+        self.upload = Some(Upload {
+            length,
+            digest,
+            unix_s,
+            begun_ms,
+            bytes: Encoded::new(),
+        });
+        Ok(Response::Done)
+    }
+
+    /// The upload under way, as long as its unlock lasts.
+    fn upload(&mut self, now_ms: u64) -> Result<Upload, Refusal> {
+        let upload = self.upload.take().ok_or(Refusal::NoUpload)?;
+        if now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS {
+            return Err(Refusal::Expired);
+        }
+        Ok(upload)
+    }
+
+    fn chunk(&mut self, offset: u16, bytes: &[u8], now_ms: u64) -> Result<Response, Refusal> {
+        let mut upload = self.upload(now_ms)?;
+        let expected = upload.bytes.len() as u16;
+        let fits = upload.bytes.len() + bytes.len() <= usize::from(upload.length);
+        let taken = offset == expected && fits && upload.bytes.extend_from_slice(bytes).is_ok();
+        self.upload = Some(upload);
+        if taken {
+            Ok(Response::Done)
+        } else {
+            Err(Refusal::OutOfOrder { expected })
+        }
+    }
+
+    async fn commit(&mut self, now_ms: u64) -> Result<Response, Refusal> {
+        let upload = self.upload(now_ms)?;
+        let expected = upload.bytes.len() as u16;
+        if expected != upload.length {
+            return Err(Refusal::OutOfOrder { expected });
+        }
+        if Sha256::digest(&upload.bytes)[..] != upload.digest {
+            return Err(Refusal::WrongIdentity);
+        }
+        let set = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
+        if set.board != self.board {
+            return Err(Refusal::OtherBoard);
+        }
+        self.store(&upload.bytes, Reason::Upload, upload.unix_s)
+            .await
+    }
+
+    async fn roll_back(&mut self, id: SetId, unix_s: u64) -> Result<Response, Refusal> {
+        if self.active_id() == Some(id) {
+            return Err(Refusal::AlreadyActive);
+        }
+        let reset = self.end.reset;
+        for age in 1..crate::store::flash::KEPT {
+            let kept = self.archive()?.kept(age, reset).await.map_err(refusal)?;
+            let Some(kept) = kept else { break };
+            if kept.id == id {
+                let mut buffer = [0; MAX_ENCODED];
+                let encoded = kept.set.encode(&mut buffer).map_err(Refusal::Record)?;
+                return self.store(encoded, Reason::Rollback, unix_s).await;
+            }
+        }
+        Err(Refusal::NoSuchSet)
+    }
+
+    /// Makes a set the newest in the archive and the active one.
+    async fn store(
+        &mut self,
+        encoded: &[u8],
+        reason: Reason,
+        unix_s: u64,
+    ) -> Result<Response, Refusal> {
+        let entry = self.entry(reason, Some(CoefficientSet::id_of(encoded)), unix_s);
+        let stored = self
+            .archive()?
+            .append(&entry, encoded)
+            .await
+            .map_err(refusal)?;
+        self.activate(&stored);
+        self.append(&entry).await?;
+        let active = self.active.as_ref().ok_or(Refusal::Flash)?;
+        Ok(Response::Committed(active.set))
+    }
+
+    async fn reset(&mut self, unix_s: u64) -> Result<Response, Refusal> {
+        let reset = self.end.reset;
+        let mut sets = 0;
+        while let Some(_set) = self.archive()?.kept(sets, reset).await.map_err(refusal)? {
+            sets += 1;
+        }
+        let entry = self.entry(Reason::FactoryReset, None, unix_s);
+        self.append(&entry).await?;
+        self.active = None;
+        let erased = self.archive()?.erase().await;
+        erased.map_err(|_| Refusal::Erasure)?;
+        Ok(Response::Erased { sets })
+    }
+
+    async fn provision(&mut self, key: &Key, unix_s: u64) -> Result<Response, Refusal> {
+        let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
+        let stored = StoredKey {
+            counter: entry.counter,
+            unix_s,
+            key: key.clone(),
+        };
+        let kept = self.keys().store(&stored).await;
+        kept.map_err(|_| Refusal::Flash)?;
+        self.key = Some(stored);
+        self.append(&entry).await?;
+        Ok(Response::Done)
+    }
+
+    /// Appends the entries that a loss of power prevented: of the newest set, and of the key.
+    async fn complete(&mut self, newest: Option<Entry>) -> Result<(), Refusal> {
+        if let Some(entry) = newest.filter(|entry| entry.counter > self.end.last_counter()) {
+            self.append(&entry).await?;
+        }
+        let key = self.key.as_ref();
+        let missing = key.filter(|key| key.counter > self.end.last_counter());
+        if let Some((counter, unix_s)) = missing.map(|key| (key.counter, key.unix_s)) {
+            let id = self.active_id();
+            let entry = Entry {
+                counter,
+                reason: Reason::Provision,
+                unix_s,
+                id,
+                previous: id,
+            };
+            self.append(&entry).await?;
+        }
+        Ok(())
+    }
+
+    fn entry(&self, reason: Reason, id: Option<SetId>, unix_s: u64) -> Entry {
+        Entry {
+            counter: self.end.next_counter(),
+            reason,
+            unix_s,
+            id,
+            previous: self.active_id(),
+        }
+    }
+
+    async fn append(&mut self, entry: &Entry) -> Result<(), Refusal> {
+        let mut end = self.end;
+        let appended = self.log().append(&mut end, entry).await;
+        self.end = end;
+        appended.map_err(|error| match error {
+            LogError::Full => Refusal::LogFull,
+            _ => Refusal::Log,
+        })
+    }
+
+    /// Puts a set that was read from flash to use; one of another board, whose flash came here, is not.
+    fn activate(&mut self, stored: &Stored) {
+        self.active = (stored.set.board == self.board).then(|| Active {
+            set: ActiveSet {
+                id: stored.id,
+                sequence: stored.entry.counter,
+                length: stored.length,
+            },
+            content: stored.set.clone(),
+        });
+    }
+
+    fn active_id(&self) -> Option<SetId> {
+        self.active.as_ref().map(|active| active.set.id)
+    }
+
+    fn archive(&mut self) -> Result<Archive<&mut F>, Refusal> {
+        Archive::new(&mut self.flash, ARCHIVE).map_err(|_| Refusal::Flash)
+    }
+
+    fn keys(&mut self) -> KeyPages<&mut F> {
+        KeyPages::new(&mut self.flash, KEY)
+    }
+
+    fn log(&mut self) -> Log<&mut F> {
+        Log::new(&mut self.flash, LOG)
+    }
+}
+
+fn refusal<E>(error: ArchiveError<E>) -> Refusal {
+    match error {
+        ArchiveError::Record(error) => Refusal::Record(error),
+        ArchiveError::Range | ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
+    }
+}

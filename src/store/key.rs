@@ -1,0 +1,132 @@
+//! The key in flash, in pages of its own, which nothing that is asked over the link reads.
+//!
+//! ```text
+//! | counter u32 | 0 u32 | time u64 | key 32 | CRC-32 | 0 u32 |        56 bytes, one record a page
+//! ```
+//!
+//! A new key goes into the other of two pages, so that a power cut leaves the old one or the new one; the one with the
+//! higher counter counts, and the page of the old one is erased afterwards. Counter and time are those of the entry
+//! that the key has in the [`super::log`].
+
+use core::ops::Range;
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::wire::change::Key;
+
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+const RECORD: usize = 56;
+const CHECKED: usize = 48;
+
+/// A key, and when it came.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredKey {
+    /// Counter of its log entry.
+    pub counter: u32,
+    /// The host's clock then, seconds since 1970-01-01 UTC.
+    pub unix_s: u64,
+    /// The key.
+    pub key: Key,
+}
+
+impl StoredKey {
+    fn encode(&self) -> [u8; RECORD] {
+        let mut bytes = [0; RECORD];
+        bytes[..4].copy_from_slice(&self.counter.to_le_bytes());
+        bytes[8..16].copy_from_slice(&self.unix_s.to_le_bytes());
+        bytes[16..CHECKED].copy_from_slice(&self.key.0);
+        let checksum = CHECKSUM.checksum(&bytes[..CHECKED]);
+        bytes[CHECKED..CHECKED + 4].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    fn decode(bytes: &[u8; RECORD]) -> Option<Self> {
+        let (checked, rest) = bytes.split_at(CHECKED);
+        let checksum = CHECKSUM.checksum(checked).to_le_bytes();
+        if rest.get(..4)? != checksum {
+            return None;
+        }
+        Some(Self {
+            counter: u32::from_le_bytes(*checked.first_chunk()?),
+            unix_s: u64::from_le_bytes(*checked.get(8..)?.first_chunk()?),
+            key: Key(*checked.get(16..)?.first_chunk()?),
+        })
+    }
+}
+
+/// Why a key could not be stored.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum KeyError<E> {
+    /// The flash failed.
+    #[error("the flash failed: {0:?}")]
+    Flash(E),
+    /// What was read back is not what was written.
+    #[error("the key reads back differently from what was written; the flash may be worn out")]
+    ReadBack,
+}
+
+/// The place of the key: two pages.
+pub struct KeyPages<F: NorFlash> {
+    flash: F,
+    pages: [Range<u32>; 2],
+}
+
+impl<F: NorFlash> KeyPages<F> {
+    /// Takes the flash and the two pages behind `start`, a multiple of the page.
+    pub fn new(flash: F, start: u32) -> Self {
+        let page = F::ERASE_SIZE as u32;
+        Self {
+            flash,
+            pages: [start..start + page, start + page..start + 2 * page],
+        }
+    }
+
+    /// The key; `None` on a board that never got one.
+    ///
+    /// # Errors
+    /// [`KeyError::Flash`].
+    pub async fn load(&mut self) -> Result<Option<StoredKey>, KeyError<F::Error>> {
+        Ok(self.newest().await?.map(|(_, key)| key))
+    }
+
+    /// Stores a key in the place of another; until it reads back whole the other counts.
+    ///
+    /// # Errors
+    /// Every variant of [`KeyError`].
+    pub async fn store(&mut self, key: &StoredKey) -> Result<(), KeyError<F::Error>> {
+        let old = self.newest().await?.map_or(1, |(page, _)| page);
+        let new = 1 - old;
+        self.erase(new).await?;
+        let at = self.pages[new].start;
+        // Whether the write failed shows in what is read back.
+        let _ = self.flash.write(at, &key.encode()).await;
+        if self.read(new).await?.as_ref() != Some(key) {
+            return Err(KeyError::ReadBack);
+        }
+        self.erase(old).await
+    }
+
+    async fn newest(&mut self) -> Result<Option<(usize, StoredKey)>, KeyError<F::Error>> {
+        let keys = [self.read(0).await?, self.read(1).await?];
+        let keys = keys.into_iter().enumerate();
+        Ok(keys
+            .filter_map(|(page, key)| Some((page, key?)))
+            .max_by_key(|(_, key)| key.counter))
+    }
+
+    async fn erase(&mut self, page: usize) -> Result<(), KeyError<F::Error>> {
+        let Range { start, end } = self.pages[page];
+        self.flash.erase(start, end).await.map_err(KeyError::Flash)
+    }
+
+    async fn read(&mut self, page: usize) -> Result<Option<StoredKey>, KeyError<F::Error>> {
+        let mut bytes = [0; RECORD];
+        let at = self.pages[page].start;
+        self.flash
+            .read(at, &mut bytes)
+            .await
+            .map_err(KeyError::Flash)?;
+        Ok(StoredKey::decode(&bytes))
+    }
+}

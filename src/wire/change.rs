@@ -1,0 +1,61 @@
+//! Changes of what the board keeps, and what a host needs to have one carried out.
+//!
+//! ```text
+//! host                                            board
+//! challenge? ───────────────────────────────────▶
+//!            ◀─────────────── 16 random bytes, good for one change within ten seconds
+//! change, tag ──────────────────────────────────▶ carried out, or refused
+//!
+//! tag = HMAC-SHA256(key, challenge ‖ unique id of the board ‖ SHA-256(postcard of the change))
+//! ```
+//!
+//! The tag binds a change to this board and this moment: what was recorded on the line is worth nothing later, and
+//! nothing elsewhere. An upload is bound by the digest of the whole set, so its pieces need no tags of their own.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::store::SetId;
+
+/// Random bytes that a tag answers.
+pub type Challenge = [u8; 16];
+/// HMAC-SHA256 over challenge, board and change.
+pub type Tag = [u8; 32];
+
+/// The secret that the board and its keeper share.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Key(pub [u8; 32]);
+
+impl fmt::Debug for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Key(secret)")
+    }
+}
+
+/// One change, with the time that the board's log shall have of it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Change {
+    /// The host's clock, seconds since 1970-01-01 UTC: the board has none.
+    pub unix_s: u64,
+    /// What to do.
+    pub act: Act,
+}
+
+/// What a change does.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Act {
+    /// A set will come in chunks, and its commit makes it active.
+    Upload {
+        /// Length of the encoded set, bytes.
+        length: u16,
+        /// SHA-256 of the encoded set; its first eight bytes are the set's identity.
+        digest: [u8; 32],
+    },
+    /// One of the kept sets becomes active again.
+    Rollback(SetId),
+    /// All sets are erased; key and log stay.
+    FactoryReset,
+    /// The key from now on. On a board without a key the tag is made with this one, else with the one before.
+    Provision(Key),
+}
