@@ -5,13 +5,15 @@
 //!
 //! ```text
 //! change, tag ──▶ authority ──▶ upload: pieces → commit ─┐
-//!                               rollback ────────────────┴─▶ archive (set and log entry in one) ──▶ log
+//!                               │                        └─▶ archive (set and log entry in one) ──▶ log
+//!                               rollback ──────────────────▶ log
 //!                               factory reset ─────────────▶ log ──▶ archive erased
 //!                               provision ─────────────────▶ key ──▶ log
 //! ```
 //!
 //! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
-//! second ([`Keeper::start`]): no change is ever without its entry, and no entry without its change.
+//! second ([`Keeper::start`]): no change is ever without its entry, and no entry without its change. The active set is
+//! the one that the last entry names.
 
 use core::ops::Range;
 
@@ -79,6 +81,7 @@ pub struct Active {
     pub set: ActiveSet,
     /// What is in it.
     pub content: CoefficientSet,
+    slot: u8,
 }
 
 /// The keeper; owns the flash.
@@ -86,6 +89,8 @@ pub struct Keeper<F: NorFlash> {
     flash: F,
     board: [u8; 12],
     end: End,
+    /// Entry of a change that was made and not logged, because the flash failed.
+    unlogged: Option<Entry>,
     key: Option<StoredKey>,
     active: Option<Active>,
     authority: Authority,
@@ -99,6 +104,7 @@ impl<F: NorFlash> Keeper<F> {
             flash,
             board,
             end: End::default(),
+            unlogged: None,
             key: None,
             active: None,
             authority: Authority::default(),
@@ -110,26 +116,57 @@ impl<F: NorFlash> Keeper<F> {
     ///
     /// # Errors
     /// [`Refusal::Flash`] when the flash cannot be read, [`Refusal::Log`] or [`Refusal::Erasure`] when something could
-    /// not be completed; what is active is then active all the same.
+    /// not be completed; what is active is active all the same.
     pub async fn start(&mut self) -> Result<(), Refusal> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
-        let reset = self.end.reset;
-        let stored = self.archive()?.newest(0).await.map_err(refusal)?;
-        let (stored, outdated) = match stored {
-            Some(stored) if stored.entry.counter < reset => (None, true),
-            stored => (stored, false),
-        };
-        let entry = stored.as_ref().map(|stored| stored.entry);
-        if let Some(stored) = stored {
-            self.activate(&stored);
-        }
-        self.complete(entry).await?;
+        let newest = self.archive()?.newest(0).await.map_err(refusal)?;
+        let outdated = newest.is_some_and(|newest| newest.entry.counter < self.end.reset);
+        self.complete().await?;
         if outdated {
             let erased = self.archive()?.erase().await;
             erased.map_err(|_| Refusal::Erasure)?;
         }
         Ok(())
+    }
+
+    /// Activates the set that is active by log and archive, and appends the entries that a loss of power prevented: of
+    /// an upload, and of a key.
+    async fn complete(&mut self) -> Result<(), Refusal> {
+        let end = self.end;
+        let newest = self.archive()?.newest(end.reset).await.map_err(refusal)?;
+        if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > end.last_counter()) {
+            self.activate(&uploaded);
+            self.follow_up(&uploaded.entry).await?;
+        } else if let Some(id) = end.last.and_then(|last| last.id) {
+            self.find_active(id).await?;
+        }
+        let key = self.key.as_ref();
+        let missing = key.filter(|key| key.counter > self.end.last_counter());
+        if let Some(unix_s) = missing.map(|key| key.unix_s) {
+            let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
+            self.follow_up(&entry).await?;
+        }
+        Ok(())
+    }
+
+    /// Activates the set with this identity, or the newest if it cannot be read any more.
+    async fn find_active(&mut self, id: SetId) -> Result<(), Refusal> {
+        let reset = self.end.reset;
+        let found = self.archive()?.find(id, reset).await.map_err(refusal)?;
+        if let Some(found) = found {
+            self.activate(&found);
+            return Ok(());
+        }
+        let newest = self.archive()?.newest(reset).await.map_err(refusal)?;
+        if let Some(newest) = &newest {
+            self.activate(newest);
+        }
+        let entry = Entry {
+            previous: Some(id),
+            ..self.entry(Reason::Fallback, newest.map(|newest| newest.id), 0)
+        };
+        self.follow_up(&entry).await
     }
 
     /// Whether there is a key.
@@ -202,7 +239,7 @@ impl<F: NorFlash> Keeper<F> {
             id: stored.id,
             length: stored.length,
             made_unix_s: stored.set.unix_s,
-            committed_unix_s: stored.entry.unix_s,
+            uploaded_unix_s: stored.entry.unix_s,
         })))
     }
 
@@ -229,6 +266,9 @@ impl<F: NorFlash> Keeper<F> {
         self.authority
             .check(key, &self.board, change, tag, now_ms)?;
         self.upload = None;
+        if let Some(entry) = self.unlogged {
+            self.follow_up(&entry).await?;
+        }
         let end = self.end;
         if !self.log().has_room(&end) {
             return Err(Refusal::LogFull);
@@ -297,8 +337,7 @@ impl<F: NorFlash> Keeper<F> {
         if set.board != self.board {
             return Err(Refusal::OtherBoard);
         }
-        self.store(&upload.bytes, Reason::Upload, upload.unix_s)
-            .await
+        self.store(&upload.bytes, upload.unix_s).await
     }
 
     async fn roll_back(&mut self, id: SetId, unix_s: u64) -> Result<Response, Refusal> {
@@ -306,34 +345,27 @@ impl<F: NorFlash> Keeper<F> {
             return Err(Refusal::AlreadyActive);
         }
         let reset = self.end.reset;
-        for age in 1..crate::store::flash::KEPT {
-            let kept = self.archive()?.kept(age, reset).await.map_err(refusal)?;
-            let Some(kept) = kept else { break };
-            if kept.id == id {
-                let mut buffer = [0; MAX_ENCODED];
-                let encoded = kept.set.encode(&mut buffer).map_err(Refusal::Record)?;
-                return self.store(encoded, Reason::Rollback, unix_s).await;
-            }
-        }
-        Err(Refusal::NoSuchSet)
+        let kept = self.archive()?.find(id, reset).await.map_err(refusal)?;
+        let kept = kept.ok_or(Refusal::NoSuchSet)?;
+        let entry = self.entry(Reason::Rollback, Some(id), unix_s);
+        self.append(&entry).await?;
+        self.activate(&kept);
+        self.committed()
     }
 
-    /// Makes a set the newest in the archive and the active one.
-    async fn store(
-        &mut self,
-        encoded: &[u8],
-        reason: Reason,
-        unix_s: u64,
-    ) -> Result<Response, Refusal> {
-        let entry = self.entry(reason, Some(CoefficientSet::id_of(encoded)), unix_s);
-        let stored = self
-            .archive()?
-            .append(&entry, encoded)
-            .await
-            .map_err(refusal)?;
-        self.activate(&stored);
-        self.append(&entry).await?;
-        let active = self.active.as_ref().ok_or(Refusal::Flash)?;
+    /// Makes an uploaded set the newest in the archive and the active one.
+    async fn store(&mut self, encoded: &[u8], unix_s: u64) -> Result<Response, Refusal> {
+        let id = CoefficientSet::id_of(encoded);
+        let entry = self.entry(Reason::Upload, Some(id), unix_s);
+        let slot = self.active.as_ref().map(|active| active.slot);
+        let appended = self.archive()?.append(&entry, encoded, slot).await;
+        self.activate(&appended.map_err(refusal)?);
+        self.follow_up(&entry).await?;
+        self.committed()
+    }
+
+    fn committed(&self) -> Result<Response, Refusal> {
+        let active = self.active.as_ref().ok_or(Refusal::OtherBoard)?;
         Ok(Response::Committed(active.set))
     }
 
@@ -361,29 +393,8 @@ impl<F: NorFlash> Keeper<F> {
         let kept = self.keys().store(&stored).await;
         kept.map_err(|_| Refusal::Flash)?;
         self.key = Some(stored);
-        self.append(&entry).await?;
+        self.follow_up(&entry).await?;
         Ok(Response::Done)
-    }
-
-    /// Appends the entries that a loss of power prevented: of the newest set, and of the key.
-    async fn complete(&mut self, newest: Option<Entry>) -> Result<(), Refusal> {
-        if let Some(entry) = newest.filter(|entry| entry.counter > self.end.last_counter()) {
-            self.append(&entry).await?;
-        }
-        let key = self.key.as_ref();
-        let missing = key.filter(|key| key.counter > self.end.last_counter());
-        if let Some((counter, unix_s)) = missing.map(|key| (key.counter, key.unix_s)) {
-            let id = self.active_id();
-            let entry = Entry {
-                counter,
-                reason: Reason::Provision,
-                unix_s,
-                id,
-                previous: id,
-            };
-            self.append(&entry).await?;
-        }
-        Ok(())
     }
 
     fn entry(&self, reason: Reason, id: Option<SetId>, unix_s: u64) -> Entry {
@@ -402,8 +413,16 @@ impl<F: NorFlash> Keeper<F> {
         self.end = end;
         appended.map_err(|error| match error {
             LogError::Full => Refusal::LogFull,
-            _ => Refusal::Log,
+            LogError::Flash(_) | LogError::ReadBack => Refusal::Flash,
         })
+    }
+
+    /// Appends the entry of a change that is made; if that fails it comes before the next change.
+    async fn follow_up(&mut self, entry: &Entry) -> Result<(), Refusal> {
+        self.unlogged = Some(*entry);
+        self.append(entry).await.map_err(|_| Refusal::Log)?;
+        self.unlogged = None;
+        Ok(())
     }
 
     /// Puts a set that was read from flash to use; one of another board, whose flash came here, is not.
@@ -415,6 +434,7 @@ impl<F: NorFlash> Keeper<F> {
                 length: stored.length,
             },
             content: stored.set.clone(),
+            slot: stored.slot,
         });
     }
 

@@ -5,16 +5,14 @@
 //! last word of its own write, so an interrupted write leaves the older sets as they were.
 //!
 //! ```text
-//! slot = that of the newest set + 1, mod 8 → | log entry, postcard | encoded set |
-//! even slots: first half, odd slots: second half
+//! slot 0 … 7 → | log entry, postcard | encoded set |      even slots: first half, odd slots: second half
 //! ```
 //!
-//! The range is cut into two halves with a map each, used in turn. An erasure that was interrupted leaves a page in
-//! which anything may stand, even what looks like the start of a map. It can only have hit the half that does not
-//! hold the newest set; when that half does not take the next set, it is erased and starts anew.
+//! The range is cut into two halves with a map each. An erasure that was interrupted leaves a page in which anything may
+//! stand, even what looks like the start of a map; so a set always goes into the half in which the active one is *not*,
+//! in the place of the oldest there. When that half does not take it, it is erased and starts anew.
 //!
 //! A set is stored together with the entry that its activation has in the [`super::log`]: both are there or neither.
-//! The set whose entry has the highest counter, of those that decode, is the active one.
 
 use core::ops::Range;
 
@@ -65,7 +63,8 @@ pub struct Stored {
     pub length: u16,
     /// The set.
     pub set: CoefficientSet,
-    slot: u8,
+    /// Its place in the archive.
+    pub slot: u8,
 }
 
 /// The sets on one flash range; owns the flash.
@@ -133,24 +132,60 @@ impl<F: NorFlash> Archive<F> {
         Ok(newest)
     }
 
-    /// Appends an encoded set that becomes active as `entry` says, reads it back and returns it as stored.
+    /// The newest set with this identity, activated after the entry with counter `after`; `None` when there is none.
     ///
     /// # Errors
-    /// Every variant of [`ArchiveError`]; the newest set stays as it was.
+    /// [`ArchiveError::Flash`].
+    pub async fn find(
+        &mut self,
+        id: SetId,
+        after: u32,
+    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
+        let mut found = self.newest(after).await?;
+        while let Some(newer) = found.take_if(|found| found.id != id) {
+            found = self.newest_before(newer.entry.counter, after).await?;
+        }
+        Ok(found)
+    }
+
+    /// Appends an encoded set that becomes active as `entry` says in place of the set in slot `active`, reads it back
+    /// and returns it as stored.
+    ///
+    /// # Errors
+    /// Every variant of [`ArchiveError`]; the active set stays as it was.
     pub async fn append(
         &mut self,
         entry: &Entry,
         encoded: &[u8],
+        active: Option<u8>,
     ) -> Result<Stored, ArchiveError<F::Error>> {
         CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let newest = self.newest(0).await?;
-        let slot = newest.map_or(0, |newest| (newest.slot + 1) % KEPT);
+        let slot = self.slot_beside(active).await?;
         if let Ok(stored) = self.store(slot, entry, encoded).await {
             return Ok(stored);
         }
         let mut map = self.map(slot)?;
         map.erase_all().await.map_err(ArchiveError::Flash)?;
         self.store(slot, entry, encoded).await
+    }
+
+    /// The oldest slot, or one that is empty, in the half that does not hold slot `active`.
+    async fn slot_beside(&mut self, active: Option<u8>) -> Result<u8, ArchiveError<F::Error>> {
+        let first = active.map_or(0, |active| (active + 1) % 2);
+        let mut oldest = (first, u32::MAX);
+        for slot in (first..KEPT).step_by(2) {
+            let counter = match self.fetch(slot).await {
+                Err(error @ ArchiveError::Flash(Error::Storage { .. })) => return Err(error),
+                fetched => fetched
+                    .ok()
+                    .flatten()
+                    .map_or(0, |stored| stored.entry.counter),
+            };
+            if counter < oldest.1 {
+                oldest = (slot, counter);
+            }
+        }
+        Ok(oldest.0)
     }
 
     /// Erases all sets.

@@ -38,14 +38,17 @@ pub enum Reason {
     FactoryReset,
     /// The board got a key.
     Provision,
+    /// The active set could not be read any more; the newest that could took its place. The time is unknown, zero.
+    Fallback,
 }
 
 impl Reason {
-    const ALL: [Self; 4] = [
+    const ALL: [Self; 5] = [
         Self::Upload,
         Self::Rollback,
         Self::FactoryReset,
         Self::Provision,
+        Self::Fallback,
     ];
 }
 

@@ -173,7 +173,7 @@ pub enum Response {
 /// A set that the board keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Kept {
-    /// Counter of the log entry with which it became active.
+    /// Counter of the log entry of its upload.
     pub sequence: u32,
     /// Identity by content.
     pub id: SetId,
@@ -181,8 +181,8 @@ pub struct Kept {
     pub length: u16,
     /// When its campaign ended, seconds since 1970-01-01 UTC.
     pub made_unix_s: u64,
-    /// When it became active, by the host's clock.
-    pub committed_unix_s: u64,
+    /// When it was uploaded, by the host's clock.
+    pub uploaded_unix_s: u64,
 }
 
 /// Which set is active.
@@ -190,7 +190,7 @@ pub struct Kept {
 pub struct ActiveSet {
     /// Identity by content.
     pub id: SetId,
-    /// Counter of the log entry with which it became active.
+    /// Counter of the log entry of its upload.
     pub sequence: u32,
     /// Length of the encoded set, bytes.
     pub length: u16,

@@ -1,11 +1,15 @@
 //! A coefficient set for the board on the bench, and its upload.
 
+use hexsense::authority::tag;
 use hexsense::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
+use hexsense::wire::change::{Act, Change, Key};
 use hexsense::wire::message::{CHUNK, Chunk};
 use hexsense::wire::{Request, Response};
 use hexsense_probe::geometry_file::GeometryFile;
+
+use sha2::{Digest, Sha256};
 
 use crate::bench::Board;
 
@@ -41,19 +45,42 @@ pub fn set(board: [u8; 12], unix_s: u64) -> CoefficientSet {
     }
 }
 
-/// Uploads a set made for this board and returns it.
+/// The key of every board on the bench.
+const KEY: Key = Key(*b"key of the board on the bench...");
+
+/// Has the board carry out a change, with the key.
+pub fn change(board: &mut Board, act: Act) -> Response {
+    let Response::Identity(identity) = board.ask(&Request::Identity) else {
+        panic!("no identity");
+    };
+    let Response::Challenge(challenge) = board.ask(&Request::Challenge) else {
+        panic!("no challenge");
+    };
+    let change = Change {
+        unix_s: 1_790_000_000,
+        act,
+    };
+    let tag = tag(&KEY, &challenge, &identity.board, &change);
+    board.ask(&Request::Change { change, tag })
+}
+
+/// Uploads a set made for this board, which gets a key first if it has none, and returns the set.
 pub fn upload(board: &mut Board, unix_s: u64) -> CoefficientSet {
     let Response::Identity(identity) = board.ask(&Request::Identity) else {
         panic!("no identity");
     };
+    if !board.status().provisioned {
+        assert_eq!(change(board, Act::Provision(KEY)), Response::Done);
+    }
     let set = set(identity.board, unix_s);
     let mut buffer = [0; MAX_ENCODED];
     let bytes = set.encode(&mut buffer).unwrap().to_vec();
     let id = CoefficientSet::id_of(&bytes);
-    board.order(&Request::UploadBegin {
+    let unlock = Act::Upload {
         length: bytes.len() as u16,
-        id,
-    });
+        digest: Sha256::digest(&bytes).into(),
+    };
+    assert_eq!(change(board, unlock), Response::Done);
     for (index, piece) in bytes.chunks(CHUNK).enumerate() {
         board.order(&Request::UploadChunk {
             offset: (index * CHUNK) as u16,

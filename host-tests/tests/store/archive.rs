@@ -3,8 +3,8 @@
 use embassy_futures::block_on;
 use hexsense::store::{Archive, ArchiveError, CoefficientSet, RecordError, Stored};
 
-use crate::nor_flash::{Nor, PAGE};
-use crate::sets::{encoded, numbered};
+use host_tests::nor_flash::{Nor, PAGE};
+use host_tests::sets::{encoded, numbered, uploaded};
 
 /// Pages that the board gives to the archive.
 const PAGES: usize = 8;
@@ -12,12 +12,15 @@ const PAGES: usize = 8;
 fn append(nor: &mut Nor, number: u32) -> Stored {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    block_on(archive.append(&encoded(&numbered(number)))).unwrap()
+    let active = block_on(archive.newest(0))
+        .unwrap()
+        .map(|newest| newest.slot);
+    block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).unwrap()
 }
 
 fn newest(nor: &mut Nor) -> Option<Stored> {
     let range = nor.range();
-    block_on(Archive::new(nor, range).unwrap().newest()).unwrap()
+    block_on(Archive::new(nor, range).unwrap().newest(0)).unwrap()
 }
 
 #[test]
@@ -31,13 +34,16 @@ fn an_empty_archive_has_no_set_and_reading_it_changes_nothing() {
 fn the_last_set_appended_is_the_newest_however_many_came_before() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=100 {
-        let expected = Stored {
-            sequence: number,
-            id: CoefficientSet::id_of(&encoded(&numbered(number))),
-            set: numbered(number),
-        };
-        assert_eq!(append(&mut nor, number), expected);
-        assert_eq!(newest(&mut nor), Some(expected));
+        let stored = append(&mut nor, number);
+        assert_eq!(
+            (stored.entry, &stored.set),
+            (uploaded(number), &numbered(number))
+        );
+        assert_eq!(
+            stored.id,
+            CoefficientSet::id_of(&encoded(&numbered(number)))
+        );
+        assert_eq!(newest(&mut nor), Some(stored));
     }
 }
 
@@ -66,12 +72,12 @@ fn bytes_that_are_no_set_are_refused_and_nothing_is_written() {
     let range = nor.range();
     let mut archive = Archive::new(&mut nor, range).unwrap();
     for bytes in [&damaged[..], &[], &[0; 700]] {
-        let refused = block_on(archive.append(bytes));
+        let refused = block_on(archive.append(&uploaded(2), bytes, Some(0)));
         let expected = CoefficientSet::decode(bytes).unwrap_err();
         assert_eq!(refused, Err(ArchiveError::Record(expected)));
     }
     assert!(matches!(
-        block_on(archive.append(&damaged)),
+        block_on(archive.append(&uploaded(2), &damaged, Some(0))),
         Err(ArchiveError::Record(RecordError::Checksum { .. }))
     ));
     assert_eq!((newest(&mut nor), nor.operations), (before, operations));
@@ -104,7 +110,7 @@ fn the_smallest_range_that_is_accepted_never_fills_up() {
     let pages = (1..=PAGES).find(accepted).unwrap();
     let mut nor = Nor::new(pages);
     for number in 1..=100 {
-        assert_eq!(append(&mut nor, number).sequence, number);
+        assert_eq!(append(&mut nor, number).entry.counter, number);
     }
 }
 
@@ -118,9 +124,31 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
         nor.worn_out = true;
         let range = nor.range();
         let mut archive = Archive::new(&mut nor, range).unwrap();
-        let refused = block_on(archive.append(&encoded(&numbered(stored + 1))));
+        let refused = block_on(archive.append(
+            &uploaded(stored + 1),
+            &encoded(&numbered(stored + 1)),
+            Some(0),
+        ));
         assert_eq!(refused, Err(ArchiveError::ReadBack), "after {stored}");
         let newest = newest(&mut nor).unwrap();
         assert_eq!(newest.set, numbered(stored));
+    }
+}
+
+#[test]
+fn the_last_eight_are_kept_newest_first_and_none_from_before_a_reset() {
+    let mut nor = Nor::new(PAGES);
+    for number in 1..=30 {
+        append(&mut nor, number);
+        let range = nor.range();
+        let mut archive = Archive::new(&mut nor, range).unwrap();
+        let mut kept = |after| {
+            let ages = (0..=8).map_while(|age| block_on(archive.kept(age, after)).unwrap());
+            ages.map(|kept| kept.entry.counter).collect::<Vec<_>>()
+        };
+        let expected: Vec<_> = (number.saturating_sub(7).max(1)..=number).rev().collect();
+        assert_eq!(kept(0), expected);
+        assert_eq!(kept(number - 1), [number]);
+        assert!(kept(number).is_empty());
     }
 }

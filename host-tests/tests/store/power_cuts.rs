@@ -5,8 +5,8 @@ use hexsense::store::{Archive, Stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::nor_flash::{Nor, Torn};
-use crate::sets::{encoded, numbered};
+use host_tests::nor_flash::{Nor, Torn};
+use host_tests::sets::{encoded, numbered, uploaded};
 
 /// Pages that the board gives to the archive.
 const PAGES: usize = 8;
@@ -14,13 +14,14 @@ const PAGES: usize = 8;
 fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    block_on(archive.append(&encoded(&numbered(number)))).ok()
+    let active = block_on(archive.newest(0)).ok()?.map(|newest| newest.slot);
+    block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).ok()
 }
 
 fn newest(nor: &mut Nor) -> Option<Stored> {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    block_on(archive.newest()).expect("an archive can be read after any power cut")
+    block_on(archive.newest(0)).expect("an archive can be read after any power cut")
 }
 
 /// Appends set `number` to `nor` with the power going as arranged; checks what is there afterwards, and that the next

@@ -6,7 +6,8 @@ use hexsense::store::{
 };
 use proptest::prelude::*;
 
-use crate::sets::{any_set, encoded, numbered};
+use crate::sets::any_set;
+use host_tests::sets::{encoded, numbered};
 
 /// CRC-32 (IEEE), bit by bit.
 fn crc32(bytes: &[u8]) -> u32 {

@@ -3,8 +3,11 @@
 use hexsense::channel::Triad;
 use hexsense::harmonics::{ChannelSums, DriveError};
 use hexsense::sampling::BlockSize;
+use hexsense::store::Entry;
+use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, PathCycles, ResetCause};
+use hexsense::wire::change::{Act, Change, Key};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Kept, PathCycles, ResetCause};
 use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
@@ -26,7 +29,10 @@ pub fn request() -> impl Strategy<Value = Request> {
             .prop_map(|(analyser, channel)| Request::Harmonics { analyser, channel }),
         Just(Request::ActiveSet),
         any::<u16>().prop_map(|offset| Request::ReadSet { offset }),
-        (any::<u16>(), set_id()).prop_map(|(length, id)| Request::UploadBegin { length, id }),
+        any::<u8>().prop_map(|age| Request::History { age }),
+        any::<u32>().prop_map(|counter| Request::Log { counter }),
+        Just(Request::Challenge),
+        (change(), any::<[u8; 32]>()).prop_map(|(change, tag)| Request::Change { change, tag }),
         (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Request::UploadChunk { offset, bytes }),
         Just(Request::UploadCommit),
         Just(Request::UploadAbort),
@@ -52,7 +58,58 @@ pub fn response() -> impl Strategy<Value = Response> {
         option::of(active_set()).prop_map(Response::ActiveSet),
         (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Response::SetBytes { offset, bytes }),
         active_set().prop_map(Response::Committed),
+        option::of(kept()).prop_map(Response::Kept),
+        (any::<u32>(), vec(entry(), 0..=8)).prop_map(|(last, entries)| Response::Log {
+            last,
+            entries: entries.into_iter().collect(),
+        }),
+        any::<[u8; 16]>().prop_map(Response::Challenge),
+        any::<u8>().prop_map(|sets| Response::Erased { sets }),
     ]
+}
+
+pub fn change() -> impl Strategy<Value = Change> {
+    let act = prop_oneof![
+        (any::<u16>(), any::<[u8; 32]>())
+            .prop_map(|(length, digest)| Act::Upload { length, digest }),
+        set_id().prop_map(Act::Rollback),
+        Just(Act::FactoryReset),
+        any::<[u8; 32]>().prop_map(|key| Act::Provision(Key(key))),
+    ];
+    (any::<u64>(), act).prop_map(|(unix_s, act)| Change { unix_s, act })
+}
+
+fn entry() -> impl Strategy<Value = Entry> {
+    let reason = proptest::sample::select(vec![
+        Reason::Upload,
+        Reason::Rollback,
+        Reason::FactoryReset,
+        Reason::Provision,
+        Reason::Fallback,
+    ]);
+    let ids = (option::of(set_id()), option::of(set_id()));
+    (any::<u32>(), reason, any::<u64>(), ids).prop_map(
+        |(counter, reason, unix_s, (id, previous))| Entry {
+            counter,
+            reason,
+            unix_s,
+            id,
+            previous,
+        },
+    )
+}
+
+fn kept() -> impl Strategy<Value = Kept> {
+    let times = (any::<u64>(), any::<u64>());
+    (any::<u32>(), set_id(), any::<u16>(), times).prop_map(
+        |(sequence, id, length, (made_unix_s, uploaded_unix_s))| Kept {
+            sequence,
+            id,
+            length,
+            made_unix_s,
+            uploaded_unix_s,
+        },
+    )
 }
 
 pub fn refusal() -> impl Strategy<Value = Refusal> {
@@ -76,6 +133,17 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
         record_error().prop_map(Refusal::Record),
         Just(Refusal::OtherBoard),
         Just(Refusal::Flash),
+        Just(Refusal::Unprovisioned),
+        Just(Refusal::NoChallenge),
+        Just(Refusal::WrongTag),
+        any::<u32>().prop_map(|ms| Refusal::BackOff { ms }),
+        Just(Refusal::Expired),
+        Just(Refusal::NoSuchSet),
+        Just(Refusal::AlreadyActive),
+        Just(Refusal::LogFull),
+        Just(Refusal::Log),
+        Just(Refusal::Erasure),
+        Just(Refusal::Random),
         Just(Refusal::Busy),
     ]
 }
@@ -205,7 +273,11 @@ fn status() -> impl Strategy<Value = Status> {
         ([any::<u32>(); 3], [state(), state(), state()]),
         (any::<u32>(), any::<u32>(), any::<bool>()),
         (any::<f32>(), any::<f32>(), any::<bool>()),
-        (option::of([any::<f32>(); 2]), option::of(text)),
+        (
+            option::of([any::<f32>(); 2]),
+            any::<bool>(),
+            option::of(text),
+        ),
     )
         .prop_map(|(scans, converters, path, link, analog, rest)| Status {
             uptime_ms: scans.0,
@@ -228,7 +300,8 @@ fn status() -> impl Strategy<Value = Status> {
             temperature_c: analog.1,
             in_calibrated_range: analog.2,
             tilt_approximate_rad: rest.0,
-            panic: rest.1,
+            provisioned: rest.1,
+            panic: rest.2,
         })
 }
 

@@ -3,8 +3,11 @@
 use hexsense::channel::Triad;
 use hexsense::harmonics::{ChannelSums, DriveError};
 use hexsense::sampling::BlockSize;
+use hexsense::store::Entry;
+use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::message::{ActiveSet, Chunk, PathCycles, ResetCause};
+use hexsense::wire::change::{Act, Change, Key};
+use hexsense::wire::message::{ActiveSet, Chunk, Kept, PathCycles, ResetCause};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
@@ -40,6 +43,35 @@ const CONTENT: StreamContent = StreamContent {
     pose: true,
 };
 
+const ENTRY: Entry = Entry {
+    counter: 0x3132_3334,
+    reason: Reason::Upload,
+    unix_s: 0x6162_6364,
+    id: Some(ID),
+    previous: None,
+};
+const KEPT: Kept = Kept {
+    sequence: 0x3132_3334,
+    id: ID,
+    length: 0x4142,
+    made_unix_s: 0x5152_5354,
+    uploaded_unix_s: 0x6162_6364,
+};
+const UPLOAD: Act = Act::Upload {
+    length: 0x4142,
+    digest: *b"ABCDEFGHIJKLMNOPQRSTUVWXYZ012345",
+};
+
+fn change(act: Act) -> Request {
+    Request::Change {
+        change: Change {
+            unix_s: 0x6162_6364,
+            act,
+        },
+        tag: *b"abcdefghijklmnopqrstuvwxyz678901",
+    }
+}
+
 fn chunk() -> Chunk {
     Chunk::from_slice(&[0xC1, 0x00, 0xC3]).unwrap()
 }
@@ -55,7 +87,10 @@ pub fn requests() -> Vec<(&'static str, Request)> {
         Harmonics { .. } => Request::Harmonics { analyser: 1, channel: 14 },
         ActiveSet {} => Request::ActiveSet,
         ReadSet { .. } => Request::ReadSet { offset: 0x5152 },
-        UploadBegin { .. } => Request::UploadBegin { length: 0x6162, id: ID },
+        History { .. } => Request::History { age: 7 },
+        Log { .. } => Request::Log { counter: 0x6162_6364 },
+        Challenge {} => Request::Challenge,
+        Change { .. } => change(UPLOAD),
         UploadChunk { .. } => Request::UploadChunk { offset: 0x7172, bytes: chunk() },
         UploadCommit {} => Request::UploadCommit,
         UploadAbort {} => Request::UploadAbort,
@@ -72,6 +107,10 @@ pub fn responses() -> Vec<(&'static str, Response)> {
         ActiveSet { .. } => Response::ActiveSet(Some(ACTIVE)),
         SetBytes { .. } => Response::SetBytes { offset: 0x5152, bytes: chunk() },
         Committed { .. } => Response::Committed(ACTIVE),
+        Kept { .. } => Response::Kept(Some(KEPT)),
+        Log { .. } => Response::Log { last: 0x0102_0304, entries: [ENTRY].into_iter().collect() },
+        Challenge { .. } => Response::Challenge(*b"0123456789abcdef"),
+        Erased { .. } => Response::Erased { sets: 8 },
     })
 }
 
@@ -94,8 +133,50 @@ pub fn refusals() -> Vec<(&'static str, Refusal)> {
         Record { .. } => Refusal::Record(RecordError::Layout),
         OtherBoard {} => Refusal::OtherBoard,
         Flash {} => Refusal::Flash,
+        Unprovisioned {} => Refusal::Unprovisioned,
+        NoChallenge {} => Refusal::NoChallenge,
+        WrongTag {} => Refusal::WrongTag,
+        BackOff { .. } => Refusal::BackOff { ms: 0x0102_0304 },
+        Expired {} => Refusal::Expired,
+        NoSuchSet {} => Refusal::NoSuchSet,
+        AlreadyActive {} => Refusal::AlreadyActive,
+        LogFull {} => Refusal::LogFull,
+        Log {} => Refusal::Log,
+        Erasure {} => Refusal::Erasure,
+        Random {} => Refusal::Random,
         Busy {} => Refusal::Busy,
     })
+}
+
+pub fn acts() -> Vec<(&'static str, Request)> {
+    let named = one_of_each!(Act {
+        Upload { .. } => UPLOAD,
+        Rollback { .. } => Act::Rollback(ID),
+        FactoryReset {} => Act::FactoryReset,
+        Provision { .. } => Act::Provision(Key(*b"ABCDEFGHIJKLMNOPQRSTUVWXYZ543210")),
+    });
+    named
+        .into_iter()
+        .map(|(name, act)| (name, change(act)))
+        .collect()
+}
+
+pub fn reasons() -> Vec<(&'static str, Response)> {
+    let named = one_of_each!(Reason {
+        Upload {} => Reason::Upload,
+        Rollback {} => Reason::Rollback,
+        FactoryReset {} => Reason::FactoryReset,
+        Provision {} => Reason::Provision,
+        Fallback {} => Reason::Fallback,
+    });
+    let log = |reason| Response::Log {
+        last: 0x0102_0304,
+        entries: [Entry { reason, ..ENTRY }].into_iter().collect(),
+    };
+    named
+        .into_iter()
+        .map(|(name, reason)| (name, log(reason)))
+        .collect()
 }
 
 pub fn record_errors() -> Vec<(&'static str, RecordError)> {
@@ -289,6 +370,7 @@ fn status() -> Status {
         temperature_c: 31.25,
         in_calibrated_range: false,
         tilt_approximate_rad: Some([0.25, -0.125]),
+        provisioned: true,
         panic: Some(heapless::String::try_from("at µ").unwrap()),
     }
 }

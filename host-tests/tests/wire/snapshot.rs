@@ -46,6 +46,13 @@ fn everything() -> String {
             hex(|out| encode_request(&request, SEQUENCE, out).unwrap()),
         );
     }
+    for (name, request) in samples::acts() {
+        line(
+            "act",
+            name,
+            hex(|out| encode_request(&request, SEQUENCE, out).unwrap()),
+        );
+    }
     let response =
         |response: &Response| hex(|out| encode_response(response, SEQUENCE, out).unwrap());
     for (name, sample) in samples::responses() {
@@ -77,6 +84,9 @@ fn everything() -> String {
     }
     for (name, sample) in samples::reset_causes() {
         line("reset", name, response(&sample));
+    }
+    for (name, sample) in samples::reasons() {
+        line("reason", name, response(&sample));
     }
     for (name, sample) in samples::harmonic_states() {
         line("harmonic-state", name, response(&sample));

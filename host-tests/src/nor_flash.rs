@@ -10,7 +10,9 @@ use embedded_storage_async::nor_flash::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// Bytes that are programmed at once.
 pub const WORD: usize = 8;
+/// Bytes that are erased at once.
 pub const PAGE: usize = 2_048;
 const ERASED: u8 = 0xFF;
 
@@ -30,10 +32,14 @@ pub enum Torn {
     Patchwork,
 }
 
+/// Why the memory did not do as it was told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
+    /// The power is off.
     PowerLost,
+    /// Not a multiple of what is programmed or erased at once.
     Unaligned,
+    /// Not in the memory.
     OutOfRange,
     /// A word was programmed that was not erased.
     NotErased,
@@ -49,6 +55,7 @@ impl NorFlashError for Fault {
     }
 }
 
+/// The memory.
 #[derive(Clone)]
 pub struct Nor {
     bytes: Vec<u8>,
@@ -67,6 +74,8 @@ pub struct Nor {
 }
 
 impl Nor {
+    /// Erased memory of so many pages.
+    #[must_use]
     pub fn new(pages: usize) -> Self {
         Self {
             bytes: vec![ERASED; pages * PAGE],
@@ -80,6 +89,8 @@ impl Nor {
         }
     }
 
+    /// All of it.
+    #[must_use]
     pub fn range(&self) -> std::ops::Range<u32> {
         0..self.bytes.len() as u32
     }
@@ -94,6 +105,12 @@ impl Nor {
     pub fn power_on(&mut self) -> bool {
         self.cut = None;
         !std::mem::replace(&mut self.powered, true)
+    }
+
+    /// What is in it.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// Carries out the change of `bytes` to `target`, unless the power goes.

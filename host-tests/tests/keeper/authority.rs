@@ -1,0 +1,260 @@
+//! Nobody without the key changes anything, and nothing that was said once serves again.
+
+use hexsense::authority::{CHALLENGE_MS, LONGEST_WAIT_MS, tag};
+use hexsense::keeper::{Command, UPLOAD_MS};
+use hexsense::store::SetId;
+use hexsense::wire::change::{Act, Change, Key};
+use hexsense::wire::{Refusal, Response};
+use host_tests::nor_flash::Nor;
+use host_tests::sets::{BOARD, encoded, numbered};
+use proptest::prelude::*;
+
+use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, id, upload_of};
+
+/// Computed with Python's `hmac` and `hashlib` over the change's bytes written out by hand.
+#[test]
+fn a_tag_is_the_hmac_that_others_compute() {
+    let key = Key(std::array::from_fn(|index| index as u8));
+    let challenge = std::array::from_fn(|index| 0x40 + index as u8);
+    let change = Change {
+        unix_s: 1_790_000_000,
+        act: Act::Rollback(SetId([1, 2, 3, 4, 5, 6, 7, 8])),
+    };
+    let tag = tag(&key, &challenge, &BOARD, &change);
+    let hex: String = tag.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(
+        hex,
+        "4720332b51ca7a0245335b4c8f1a92408595e51510373286a3ed14a162a96fba"
+    );
+}
+
+/// A board with a key and sets 1 and 2; what was done is forgotten.
+fn board(nor: &mut Nor) -> Custody<'_> {
+    let mut custody = Custody::start(nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody.upload(2).unwrap();
+    custody
+}
+
+fn acts() -> Vec<Act> {
+    vec![
+        upload_of(&encoded(&numbered(3))),
+        Act::Rollback(id(1)),
+        Act::FactoryReset,
+        Act::Provision(OTHER_KEY),
+    ]
+}
+
+#[test]
+fn a_board_without_a_key_takes_no_change_but_a_key() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    for act in acts().into_iter().take(3) {
+        assert_eq!(custody.change(&KEY, act), Err(Refusal::Unprovisioned));
+    }
+    assert_eq!(
+        custody.change(&OTHER_KEY, Act::Provision(KEY)),
+        Err(Refusal::WrongTag),
+        "the tag shows that the key has arrived whole"
+    );
+    assert!(!custody.keeper.is_provisioned());
+    drop(custody);
+    assert_eq!(nor.operations, 0);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    assert!(custody.keeper.is_provisioned());
+    custody.upload(1).unwrap();
+}
+
+#[test]
+fn no_change_is_made_with_another_key() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    for act in acts() {
+        let refused = custody.change(&OTHER_KEY, act);
+        assert_eq!(refused, Err(Refusal::WrongTag));
+        custody.now_ms += LONGEST_WAIT_MS;
+    }
+    assert_eq!(custody.send(&encoded(&numbered(3))), Err(Refusal::NoUpload));
+    assert_eq!(
+        (custody.log().len(), custody.active()),
+        (3, Some(numbered(2)))
+    );
+}
+
+#[test]
+fn a_change_that_was_heard_changes_nothing_again() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    let (change, tag) = custody.signed(&KEY, Act::Rollback(id(1)));
+    let heard = Command::Change(change, tag);
+    assert!(matches!(
+        custody.ask(heard.clone()),
+        Ok(Response::Committed(_))
+    ));
+    custody.upload(2).unwrap();
+    assert_eq!(custody.ask(heard.clone()), Err(Refusal::NoChallenge));
+    custody.ask(Command::Challenge).unwrap();
+    assert_eq!(custody.ask(heard), Err(Refusal::WrongTag));
+    assert_eq!(custody.active(), Some(numbered(2)));
+}
+
+#[test]
+fn a_tag_serves_for_no_other_change_board_or_challenge() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    let acts = acts();
+    for (signed, sent) in acts.iter().zip(acts.iter().cycle().skip(1)) {
+        let (mut change, tag) = custody.signed(&KEY, signed.clone());
+        change.act = sent.clone();
+        assert_eq!(
+            custody.ask(Command::Change(change, tag)),
+            Err(Refusal::WrongTag)
+        );
+        custody.now_ms += LONGEST_WAIT_MS;
+    }
+    let (mut change, tag) = custody.signed(&KEY, Act::FactoryReset);
+    change.unix_s += 1;
+    assert_eq!(
+        custody.ask(Command::Change(change, tag)),
+        Err(Refusal::WrongTag)
+    );
+    custody.now_ms += LONGEST_WAIT_MS;
+    let Ok(Response::Challenge(challenge)) = custody.ask(Command::Challenge) else {
+        panic!("no challenge");
+    };
+    let change = Change {
+        unix_s: 0,
+        act: Act::FactoryReset,
+    };
+    let elsewhere = hexsense::authority::tag(&KEY, &challenge, &[8; 12], &change);
+    assert_eq!(
+        custody.ask(Command::Change(change, elsewhere)),
+        Err(Refusal::WrongTag)
+    );
+    assert_eq!(custody.log().len(), 3);
+}
+
+#[test]
+fn a_challenge_expires_and_serves_once() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    for (wait_ms, accepted) in [(CHALLENGE_MS, true), (CHALLENGE_MS + 1, false)] {
+        let (change, tag) = custody.signed(&KEY, upload_of(&encoded(&numbered(3))));
+        custody.now_ms += wait_ms;
+        let answer = custody.ask(Command::Change(change, tag));
+        let expected = if accepted {
+            Ok(Response::Done)
+        } else {
+            Err(Refusal::NoChallenge)
+        };
+        assert_eq!(answer, expected, "after {wait_ms} ms");
+    }
+}
+
+#[test]
+fn an_unlocked_upload_expires() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    let bytes = encoded(&numbered(3));
+    for (wait_ms, expected) in [(UPLOAD_MS, None), (UPLOAD_MS + 1, Some(Refusal::Expired))] {
+        custody.change(&KEY, upload_of(&bytes)).unwrap();
+        custody.now_ms += wait_ms;
+        assert_eq!(custody.send(&bytes).err(), expected, "after {wait_ms} ms");
+    }
+}
+
+#[test]
+fn the_set_that_was_unlocked_is_the_only_one_that_is_taken() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    custody
+        .change(&KEY, upload_of(&encoded(&numbered(3))))
+        .unwrap();
+    let other = encoded(&numbered(4));
+    assert_eq!(custody.send(&other), Err(Refusal::WrongIdentity));
+    assert_eq!(custody.active(), Some(numbered(2)));
+}
+
+#[test]
+fn wrong_answers_wait_longer_and_longer_and_a_right_one_ends_it() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    for attempt in 0..10 {
+        let wait_ms = (1_000 << attempt).min(LONGEST_WAIT_MS);
+        assert_eq!(
+            custody.change(&OTHER_KEY, Act::FactoryReset),
+            Err(Refusal::WrongTag)
+        );
+        custody.now_ms += wait_ms - 1;
+        assert_eq!(
+            custody.change(&KEY, Act::FactoryReset),
+            Err(Refusal::BackOff { ms: 1 }),
+            "even the right key waits, attempt {attempt}"
+        );
+        custody.now_ms += 1;
+    }
+    custody.upload(3).unwrap();
+    assert_eq!(
+        custody.change(&OTHER_KEY, Act::FactoryReset),
+        Err(Refusal::WrongTag)
+    );
+    custody.now_ms += 1_000;
+    custody.upload(4).unwrap();
+}
+
+#[test]
+fn a_new_key_needs_the_old_one_and_replaces_it() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    assert_eq!(
+        custody.change(&KEY, Act::Provision(OTHER_KEY)),
+        Ok(Response::Done)
+    );
+    assert_eq!(custody.upload(3), Err(Refusal::WrongTag));
+    drop(custody);
+    let gone = KEY.0;
+    assert!(
+        !nor.bytes().windows(gone.len()).any(|bytes| bytes == gone),
+        "the old key is erased"
+    );
+    let mut custody = Custody::start(&mut nor);
+    let rolled_back = custody.change(&OTHER_KEY, Act::Rollback(id(1)));
+    assert!(matches!(rolled_back, Ok(Response::Committed(_))));
+}
+
+#[test]
+fn nothing_that_is_asked_gives_the_key_away() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = board(&mut nor);
+    let mut answers = vec![format!("{:?}", custody.keeper.active())];
+    for number in 0..=u8::MAX {
+        let commands = [
+            Command::ActiveSet,
+            Command::Read(u16::from(number) * 16),
+            Command::History(number),
+            Command::Log(number.into()),
+            Command::Challenge,
+        ];
+        answers.extend(commands.map(|command| format!("{:?}", custody.ask(command))));
+    }
+    let key = format!("{:?}", KEY.0);
+    let inside = key.trim_matches(['[', ']']);
+    assert!(answers.iter().all(|answer| !answer.contains(inside)));
+    assert_eq!(format!("{KEY:?}"), "Key(secret)");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn one_changed_bit_of_a_tag_is_a_wrong_tag(bit in 0..256_usize) {
+        let mut nor = Nor::new(PAGES);
+        let mut custody = Custody::start(&mut nor);
+        custody.provision();
+        let (change, mut tag) = custody.signed(&KEY, Act::FactoryReset);
+        tag[bit / 8] ^= 1 << (bit % 8);
+        prop_assert_eq!(custody.ask(Command::Change(change, tag)), Err(Refusal::WrongTag));
+    }
+}

@@ -1,0 +1,262 @@
+//! What each change does while the power lasts, and what is refused.
+
+use embedded_storage_async::nor_flash::NorFlash;
+use hexsense::keeper::{Command, Keeper};
+use hexsense::store::log::Reason;
+use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
+use hexsense::wire::change::Act;
+use hexsense::wire::message::Chunk;
+use hexsense::wire::{Refusal, Response};
+use host_tests::nor_flash::Nor;
+use host_tests::sets::{encoded, numbered};
+
+use crate::custody::{Custody, KEY, PAGES, id, upload_of};
+
+#[test]
+fn an_upload_becomes_active_and_stays_so_over_a_start() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    assert_eq!(custody.active(), None);
+    for number in 1..=20 {
+        assert!(
+            matches!(custody.upload(number), Ok(Response::Committed(active)) if active.id == id(number))
+        );
+        assert_eq!(custody.active(), Some(numbered(number)));
+    }
+    let (log, history) = (custody.log(), custody.history());
+    drop(custody);
+    let operations = nor.operations;
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(custody.active(), Some(numbered(20)));
+    assert_eq!((custody.log(), custody.history()), (log, history));
+    drop(custody);
+    assert_eq!(
+        nor.operations, operations,
+        "a start after a proper change writes nothing"
+    );
+}
+
+#[test]
+fn the_last_eight_sets_are_kept_and_any_of_them_can_become_active_again() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    for number in 1..=12 {
+        custody.upload(number).unwrap();
+    }
+    let kept: Vec<_> = (5..=12).rev().map(id).collect();
+    assert_eq!(custody.history(), kept);
+    for number in [5, 9, 12, 6] {
+        assert!(
+            matches!(custody.roll_back(number), Ok(Response::Committed(active)) if active.id == id(number))
+        );
+        assert_eq!(custody.active(), Some(numbered(number)));
+        assert_eq!(custody.history(), kept);
+    }
+    assert_eq!(custody.roll_back(6), Err(Refusal::AlreadyActive));
+    assert_eq!(custody.roll_back(1), Err(Refusal::NoSuchSet));
+}
+
+#[test]
+fn a_factory_reset_erases_the_sets_and_keeps_key_and_log() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    for number in 1..=10 {
+        custody.upload(number).unwrap();
+    }
+    assert_eq!(
+        custody.change(&KEY, Act::FactoryReset),
+        Ok(Response::Erased { sets: 8 })
+    );
+    assert_eq!((custody.active(), custody.history()), (None, vec![]));
+    drop(custody);
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!((custody.active(), custody.history()), (None, vec![]));
+    assert_eq!(custody.log().len(), 12);
+    custody.upload(11).unwrap();
+    assert_eq!(custody.history(), [id(11)]);
+}
+
+#[test]
+fn every_change_leaves_an_entry_that_says_what_came_in_place_of_what() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody.upload(2).unwrap();
+    custody.roll_back(1).unwrap();
+    custody.change(&KEY, Act::FactoryReset).unwrap();
+    let log = custody.log();
+    let told: Vec<_> = log
+        .iter()
+        .map(|entry| (entry.counter, entry.reason, entry.id, entry.previous))
+        .collect();
+    let expected = [
+        (1, Reason::Provision, None, None),
+        (2, Reason::Upload, Some(id(1)), None),
+        (3, Reason::Upload, Some(id(2)), Some(id(1))),
+        (4, Reason::Rollback, Some(id(1)), Some(id(2))),
+        (5, Reason::FactoryReset, None, Some(id(1))),
+    ];
+    assert_eq!(told, expected);
+    assert!(log.iter().all(|entry| entry.unix_s == 1_790_000_000));
+}
+
+#[test]
+fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_used() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    let foreign = CoefficientSet {
+        board: [8; 12],
+        ..numbered(1)
+    };
+    let bytes = encoded(&foreign);
+    custody.change(&KEY, upload_of(&bytes)).unwrap();
+    assert_eq!(custody.send(&bytes), Err(Refusal::OtherBoard));
+    custody.upload(1).unwrap();
+    drop(custody);
+    let mut elsewhere = Keeper::new(&mut nor, [8; 12]);
+    embassy_futures::block_on(elsewhere.start()).unwrap();
+    assert!(elsewhere.active().is_none());
+}
+
+#[test]
+fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    let bytes = encoded(&numbered(1));
+    let Act::Upload { digest, .. } = upload_of(&bytes) else {
+        unreachable!()
+    };
+    for length in [0, MAX_ENCODED as u16 + 1, u16::MAX] {
+        let refused = custody.change(&KEY, Act::Upload { length, digest });
+        let limit = MAX_ENCODED as u16;
+        assert_eq!(refused, Err(Refusal::Length { length, limit }));
+    }
+    let piece = Chunk::from_slice(&bytes[..100]).unwrap();
+    assert_eq!(
+        custody.ask(Command::Chunk(0, piece.clone())),
+        Err(Refusal::NoUpload)
+    );
+    assert_eq!(custody.ask(Command::Commit), Err(Refusal::NoUpload));
+    custody
+        .change(
+            &KEY,
+            Act::Upload {
+                length: 150,
+                digest,
+            },
+        )
+        .unwrap();
+    assert_eq!(
+        custody.ask(Command::Chunk(1, piece.clone())),
+        Err(Refusal::OutOfOrder { expected: 0 })
+    );
+    custody.ask(Command::Chunk(0, piece.clone())).unwrap();
+    assert_eq!(
+        custody.ask(Command::Chunk(100, piece)),
+        Err(Refusal::OutOfOrder { expected: 100 })
+    );
+    assert_eq!(
+        custody.ask(Command::Commit),
+        Err(Refusal::OutOfOrder { expected: 100 })
+    );
+    assert_eq!(custody.active(), None);
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut set = numbered(1);
+        set.triads[1].matrix[2][0] = value;
+        let bytes = encoded(&set);
+        custody.change(&KEY, upload_of(&bytes)).unwrap();
+        let refused = custody.send(&bytes);
+        assert!(
+            matches!(refused, Err(Refusal::Record(RecordError::NotFinite { .. }))),
+            "{refused:?}"
+        );
+    }
+}
+
+#[test]
+fn an_upload_that_was_aborted_or_overtaken_is_forgotten() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody
+        .change(&KEY, upload_of(&encoded(&numbered(2))))
+        .unwrap();
+    custody.ask(Command::Abort).unwrap();
+    assert_eq!(custody.send(&encoded(&numbered(2))), Err(Refusal::NoUpload));
+    custody
+        .change(&KEY, upload_of(&encoded(&numbered(2))))
+        .unwrap();
+    custody.upload(3).unwrap();
+    assert_eq!(custody.active(), Some(numbered(3)));
+}
+
+/// Programs a word of the active set to zero, as a worn cell or a stray write might.
+fn spoil(nor: &mut Nor, number: u32) {
+    let bytes = encoded(&numbered(number));
+    let place = nor
+        .bytes()
+        .windows(bytes.len())
+        .rposition(|found| found == bytes);
+    let word = (place.unwrap() + 100) / 8 * 8;
+    embassy_futures::block_on(nor.write(word as u32, &[0; 8])).unwrap();
+}
+
+#[test]
+fn an_active_set_that_cannot_be_read_any_more_gives_way_to_the_newest_and_that_is_logged() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    for number in 1..=3 {
+        custody.upload(number).unwrap();
+    }
+    drop(custody);
+    spoil(&mut nor, 3);
+    for _ in 0..2 {
+        let mut custody = Custody::start(&mut nor);
+        assert_eq!(custody.active(), Some(numbered(2)));
+        let log = custody.log();
+        let told = log
+            .iter()
+            .map(|entry| (entry.reason, entry.id, entry.previous));
+        let fallback = (Reason::Fallback, Some(id(2)), Some(id(3)));
+        assert!(told.skip(4).eq([fallback]), "{log:?}");
+    }
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(custody.roll_back(3), Err(Refusal::NoSuchSet));
+    custody.upload(4).unwrap();
+}
+
+#[test]
+fn worn_out_flash_is_told_and_the_old_set_stays() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    drop(custody);
+    nor.worn_out = true;
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(custody.upload(2), Err(Refusal::Flash));
+    assert_eq!(
+        custody.change(&KEY, Act::Provision(KEY)),
+        Err(Refusal::Flash)
+    );
+    assert_eq!(custody.change(&KEY, Act::FactoryReset), Err(Refusal::Flash));
+    assert_eq!(
+        (custody.active(), custody.log().len()),
+        (Some(numbered(1)), 2)
+    );
+}

@@ -1,0 +1,71 @@
+//! The log by itself: its end is found again, it fills up and then says so, and spoilt places cost nothing.
+
+use embassy_futures::block_on;
+use hexsense::store::log::{ENTRY, End, Log, LogError};
+use host_tests::nor_flash::{Nor, Torn};
+use host_tests::sets::uploaded;
+
+#[test]
+fn a_full_log_takes_no_entry_and_keeps_those_it_has() {
+    let mut nor = Nor::new(2);
+    let range = nor.range();
+    let mut log = Log::new(&mut nor, range);
+    let mut end = End::default();
+    let mut taken = 0;
+    while log.has_room(&end) {
+        taken += 1;
+        block_on(log.append(&mut end, &uploaded(taken))).unwrap();
+    }
+    assert!(taken as usize > 2 * 2_048 / ENTRY - 10, "{taken} entries");
+    assert_eq!(
+        block_on(log.append(&mut end, &uploaded(taken + 1))),
+        Err(LogError::Full)
+    );
+    assert_eq!(block_on(log.end()).unwrap(), end);
+    let all: heapless::Vec<_, 200> = block_on(log.entries(&end, 1)).unwrap();
+    assert!(all.iter().copied().eq((1..=taken).map(uploaded)));
+}
+
+/// However often in a row the power goes in an append, the next one that it lasts for works.
+#[test]
+fn appends_that_are_cut_again_and_again_spoil_only_their_own_places() {
+    for torn in [
+        Torn::Nothing,
+        Torn::SomeBits,
+        Torn::Garbage,
+        Torn::Everything,
+    ] {
+        let mut nor = Nor::new(16);
+        nor.reports = false;
+        let mut written = 0;
+        for round in 0..200_u64 {
+            nor.cut_after(round as u32 % 5, torn, round);
+            let range = nor.range();
+            let mut log = Log::new(&mut nor, range);
+            let mut end = block_on(log.end()).unwrap();
+            assert_eq!(end.last_counter(), written);
+            let _ = block_on(log.append(&mut end, &uploaded(written + 1)));
+            nor.power_on();
+            let range = nor.range();
+            let mut log = Log::new(&mut nor, range);
+            let mut end = block_on(log.end()).unwrap();
+            assert!(
+                [written, written + 1].contains(&end.last_counter()),
+                "{torn:?}"
+            );
+            written = end.last_counter();
+            if round % 40 == 39 {
+                written += 1;
+                block_on(log.append(&mut end, &uploaded(written))).unwrap();
+            }
+        }
+        let range = nor.range();
+        let mut log = Log::new(&mut nor, range);
+        let end = block_on(log.end()).unwrap();
+        let all: heapless::Vec<_, 500> = block_on(log.entries(&end, 1)).unwrap();
+        assert!(
+            all.iter().copied().eq((1..=written).map(uploaded)),
+            "{torn:?}"
+        );
+    }
+}
