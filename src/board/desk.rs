@@ -12,7 +12,8 @@ use hexsense::harmonics::{Analyser, ChannelSums};
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
 use hexsense::wire::frame::{self, Closed};
-use hexsense::wire::message::{self, Refusal, Request, Response, Status, StreamContent};
+use hexsense::wire::message::{self, Refusal, Request, Response, StreamContent};
+use hexsense::wire::status::Status;
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, pose, telemetry};
 

@@ -2,7 +2,7 @@
 
 use embassy_stm32::pac;
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::ResetCause;
+use hexsense::wire::status::ResetCause;
 use hexsense::wire::{Identity, VERSION};
 
 use super::clock;

@@ -33,7 +33,7 @@ use embassy_sync::waitqueue::AtomicWaker;
 use hexsense::channel::{INERTIAL, JACKS, unrolled};
 use hexsense::harmonics::{ANALYSERS, Analyser, Step};
 use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
-use hexsense::wire::message::PathCycles;
+use hexsense::wire::status::PathCycles;
 
 use super::acquisition::{Fault, Filled};
 use super::exchange::Guard;

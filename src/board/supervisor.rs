@@ -3,7 +3,7 @@
 //! Sample path, link and storage each report that they took a turn. The watchdog is fed after all three have done
 //! so; if one stops, it bites, and the board starts again with [`ResetCause::Watchdog`].
 //!
-//! [`ResetCause::Watchdog`]: hexsense::wire::message::ResetCause::Watchdog
+//! [`ResetCause::Watchdog`]: hexsense::wire::status::ResetCause::Watchdog
 
 use embassy_futures::join::join3;
 use embassy_stm32::Peri;

@@ -4,7 +4,8 @@ use hexsense::channel::Triad;
 use hexsense::harmonics::{ChannelSums, DriveError};
 use hexsense::sampling::BlockSize;
 use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, PathCycles, ResetCause};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk};
+use hexsense::wire::status::{PathCycles, ResetCause};
 use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,

@@ -2,7 +2,8 @@
 
 use clap::Args;
 use hexsense::sampling::NOMINAL_SUPPLY_V;
-use hexsense::wire::message::{ActiveSet, PathCycles};
+use hexsense::wire::message::ActiveSet;
+use hexsense::wire::status::PathCycles;
 use hexsense::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
 use serde_json::{Value, json};
 

@@ -18,9 +18,8 @@ use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
 use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{
-    ActiveSet, CHUNK, PathCycles, ResetCause, decode_request, encode_response,
-};
+use hexsense::wire::message::{ActiveSet, CHUNK, decode_request, encode_response};
+use hexsense::wire::status::{PathCycles, ResetCause};
 use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{
     BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
