@@ -15,7 +15,8 @@ use hexsense::keeper;
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
 use hexsense::wire::frame::{self, Closed};
-use hexsense::wire::message::{self, Refusal, Request, Response, Status, StreamContent};
+use hexsense::wire::message::{self, Refusal, Request, Response, StreamContent};
+use hexsense::wire::status::{Events, Status};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, pose, telemetry};
 
@@ -26,7 +27,9 @@ use super::path::{self, Progress};
 use super::queue::Piece;
 use super::quick_look;
 use super::sampling;
+use super::stack;
 use super::supply::Reading;
+use super::tallies;
 
 /// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
 pub const MAX_REQUEST_FRAME: usize = 256;
@@ -52,7 +55,6 @@ pub struct Desk {
     begun: Option<JackBlock>,
     /// Sequence number of the command that another task is carrying out.
     open: Option<u16>,
-    frames_damaged: u32,
     telemetry_sequence: u16,
 }
 
@@ -71,31 +73,21 @@ impl Desk {
             stream: StreamContent::default(),
             begun: None,
             open: None,
-            frames_damaged: 0,
             telemetry_sequence: 0,
         }
-    }
-
-    /// Counts a damaged frame or a fault of the receiver.
-    pub fn count_damaged(&mut self) {
-        self.frames_damaged = self.frames_damaged.saturating_add(1);
     }
 
     /// Takes in what the host sent; returns the length of the frame to send back, if there is one by now.
     pub fn take_in(&mut self, closed: Closed<'_>, out: &mut [u8]) -> Option<usize> {
         let Closed::Frame(bytes) = closed else {
-            self.count_damaged();
+            tallies::note(|events| &mut events.frames_of_wrong_length);
             return None;
         };
-        let Ok(Frame {
+        let Frame {
             kind,
             sequence,
             payload,
-        }) = frame::decode(bytes)
-        else {
-            self.count_damaged();
-            return None;
-        };
+        } = frame::decode(bytes).inspect_err(count_damaged).ok()?;
         match kind {
             Kind::Hello => sendable(self.origin.greeting().encode(sequence, out)),
             Kind::Request => {
@@ -110,7 +102,7 @@ impl Desk {
                 }
             }
             Kind::Greeting | Kind::Response | Kind::Block | Kind::Pose => {
-                self.count_damaged();
+                tallies::note(|events| &mut events.frames_of_wrong_kind);
                 None
             }
         }
@@ -261,6 +253,8 @@ impl Desk {
 
     fn status(&mut self) -> Status {
         let (progress, path_cycles) = path::with(|path| (path.progress, path.cycles()));
+        let (dropped, first_with_set_ms) =
+            path::with(|path| (path.dropped, path.first_with_set_ms));
         let analysers = path::with(|path| path.analysers.each_ref().map(Analyser::state));
         let tilt = path::with(|path| path.queue.latest_values().map(quick_look::sums));
         let supply = self.supply.try_get();
@@ -274,18 +268,23 @@ impl Desk {
             scans: progress.scans,
             block: progress.block,
             first_lost_scan: progress.first_lost,
-            faults: progress.faults,
+            events: Events {
+                blocks_dropped: dropped,
+                ..tallies::all()
+            },
+            first_with_set_ms,
             path_cycles,
             analysers,
             scans_lost: progress.lost,
-            blocks_dropped: progress.dropped,
-            frames_damaged: self.frames_damaged,
             crystal: self.origin.clock == Source::Crystal,
             supply: supply.map_or(f32::NAN, Reading::factor),
+            supply_readings: supply.map_or(0, |reading| reading.readings),
             temperature_c: supply.map_or(f32::NAN, |reading| reading.temperature_c),
             in_calibrated_range,
             tilt_approximate_rad: tilt.map(quick_look::tilt),
             provisioned: self.exchange.provisioned.load(Ordering::Relaxed),
+            resets: self.origin.resets,
+            stack: stack::usage(),
             panic: self.origin.panic.clone(),
         }
     }
@@ -370,6 +369,18 @@ fn encode(answer: &Response, sequence: u16, out: &mut [u8]) -> Option<usize> {
 /// Every answer fits a frame, so an error here is a mistake of the build; the host will ask again.
 fn sendable(encoded: Result<usize, FrameError>) -> Option<usize> {
     encoded
-        .inspect_err(|_| defmt::error!("an answer does not fit a frame"))
+        .inspect_err(|_| tallies::note(|events| &mut events.frames_unsent))
         .ok()
+}
+
+/// Counts a frame that could not be taken apart.
+fn count_damaged(error: &FrameError) {
+    tallies::note(match error {
+        FrameError::Encoding => |events| &mut events.frames_not_cobs,
+        FrameError::Short { .. } | FrameError::Long { .. } => {
+            |events| &mut events.frames_of_wrong_length
+        }
+        FrameError::Checksum => |events| &mut events.frames_of_wrong_checksum,
+        FrameError::Kind { .. } => |events| &mut events.frames_of_wrong_kind,
+    });
 }

@@ -1,12 +1,59 @@
-//! Torn words in flash: what happens when one is read, and why that is no catastrophe.
+//! Words of flash that do not match their error correction code (RM0440, 3.3.4).
 //!
-//! A double word whose programming was cut short by a loss of power does not match its error correction code.
-//! Reading it raises the non-maskable interrupt (RM0440, 3.3.4). In bank 2, that is the archive looking at what an
-//! interrupted write left: the word reads as garbage, the archive's own checksum rejects it, and all goes on. In
-//! bank 1 it is the code that is damaged, and nothing can be trusted.
+//! One wrong bit is corrected and raises the flash interrupt: the flash ages, and the host is told. More than one raises
+//! the non-maskable interrupt. A double word whose programming was cut short by a loss of power is such a *torn word*.
+//! In bank 2, that is the archive looking at what an interrupted write left: the word reads as garbage, the archive's
+//! own checksum rejects it, and all goes on. In bank 1 it is the code that is damaged, and nothing can be trusted.
+
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::exception;
+use embassy_stm32::interrupt::typelevel::{FLASH, Handler};
 use embassy_stm32::pac;
+use embassy_time::Instant;
+use hexsense::wire::status::Tally;
+
+use super::tallies;
+
+/// Torn words that were read, and the uptime at the last, ms in two halves. Only the non-maskable interrupt writes them.
+static TORN: AtomicU32 = AtomicU32::new(0);
+static TORN_MS: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
+
+/// Lets corrections raise the flash interrupt.
+pub fn watch() {
+    pac::FLASH.eccr().modify(|eccr| eccr.set_eccie(true));
+}
+
+/// How many torn words were read.
+pub fn torn_words() -> Tally {
+    loop {
+        let count = TORN.load(Ordering::SeqCst);
+        let [low, high] = [0, 1].map(|half| TORN_MS[half].load(Ordering::SeqCst));
+        // The interrupt may have come in between; then what was read may not belong together.
+        if TORN.load(Ordering::SeqCst) == count {
+            return Tally {
+                count,
+                last_ms: u64::from(high) << 32 | u64::from(low),
+            };
+        }
+    }
+}
+
+/// Counts corrections, in the flash interrupt.
+pub struct Corrections;
+
+impl Handler<FLASH> for Corrections {
+    unsafe fn on_interrupt() {
+        let eccr = pac::FLASH.eccr().read();
+        if eccr.eccc() {
+            tallies::note(|events| &mut events.flash_corrections);
+            // Written back as read, the flags clear themselves; the other one is for the non-maskable interrupt.
+            let mut clear = eccr;
+            clear.set_eccd(false);
+            pac::FLASH.eccr().write_value(clear);
+        }
+    }
+}
 
 #[exception]
 unsafe fn NonMaskableInt() {
@@ -17,6 +64,14 @@ unsafe fn NonMaskableInt() {
     if !eccr.bk_ecc() {
         panic!("the code is damaged at {:#x} of bank 1", eccr.addr_ecc());
     }
-    // Written back as read, the flags clear themselves.
-    pac::FLASH.eccr().write_value(eccr);
+    let uptime_ms = Instant::now().as_millis();
+    let halves = [uptime_ms as u32, (uptime_ms >> 32) as u32];
+    for (kept, half) in TORN_MS.iter().zip(halves) {
+        kept.store(half, Ordering::SeqCst);
+    }
+    let count = TORN.load(Ordering::SeqCst);
+    TORN.store(count.saturating_add(1), Ordering::SeqCst);
+    let mut clear = eccr;
+    clear.set_eccc(false);
+    pac::FLASH.eccr().write_value(clear);
 }

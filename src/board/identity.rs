@@ -1,12 +1,12 @@
 //! Who the board is, why it started, and on what clock: known at the start, and the same until the next.
 
-use embassy_stm32::pac;
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::ResetCause;
+use hexsense::wire::status::{ResetCause, Resets};
 use hexsense::wire::{Identity, VERSION};
 
 use super::clock;
 use super::panic;
+use super::resets::{self, Memory};
 
 /// Board and chip.
 const HARDWARE: &str = "NUCLEO-G474RE (STM32G474RE)";
@@ -31,6 +31,8 @@ pub struct Origin {
     pub board: [u8; 12],
     /// Why it started.
     pub reset: ResetCause,
+    /// How often it did since the power came on.
+    pub resets: Resets,
     /// What drives the clock.
     pub clock: clock::Source,
     /// Message of the panic before the start, if there was one.
@@ -38,14 +40,18 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Reads what the chip knows, and clears it for the next start.
-    pub fn take(clock: clock::Source) -> Self {
-        Self {
+    /// Reads what the chip knows, and clears it for the next start. To be called once.
+    pub fn take(clock: clock::Source) -> (Self, Memory) {
+        let panic = panic::take();
+        let (reset, resets, memory) = resets::take(panic.is_some());
+        let origin = Self {
             board: embassy_stm32::uid::uid(),
-            reset: take_reset_cause(),
+            reset,
+            resets,
             clock,
-            panic: panic::take(),
-        }
+            panic,
+        };
+        (origin, memory)
     }
 
     /// Answer to a hello.
@@ -63,22 +69,5 @@ impl Origin {
             hardware: HARDWARE.try_into().unwrap_or_default(),
             reset: self.reset,
         }
-    }
-}
-
-/// Cause of the last reset. The flags add up until they are cleared, and any reset sets that of the pin.
-fn take_reset_cause() -> ResetCause {
-    let flags = pac::RCC.csr().read();
-    pac::RCC.csr().modify(|csr| csr.set_rmvf(true));
-    if flags.iwdgrstf() {
-        ResetCause::Watchdog
-    } else if flags.sftrstf() {
-        ResetCause::Software
-    } else if flags.borrstf() {
-        ResetCause::PowerOn
-    } else if flags.pinrstf() {
-        ResetCause::Pin
-    } else {
-        ResetCause::Other
     }
 }

@@ -7,7 +7,7 @@
 
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
-use embassy_stm32::usart::{Config, Uart, UartTx};
+use embassy_stm32::usart::{Config, Error, Uart, UartTx};
 use embassy_time::with_timeout;
 use hexsense::wire::frame::Deframer;
 use hexsense::wire::{BAUD, MAX_FRAME};
@@ -18,6 +18,7 @@ use super::exchange::Exchange;
 use super::identity::Origin;
 use super::path;
 use super::pins::{self, Irqs};
+use super::tallies;
 use super::timing::{LINK_HEARTBEAT, RECEIVE_RING};
 
 /// Talks to the host for ever.
@@ -67,7 +68,10 @@ pub async fn talk(parts: pins::Serial, origin: Origin, exchange: &'static Exchan
             }
             Either4::First(Err(error)) => {
                 defmt::debug!("receiver: {}", error);
-                desk.count_damaged();
+                tallies::note(match error {
+                    Error::Overrun => |events| &mut events.receiver_overruns,
+                    _ => |events| &mut events.receiver_errors,
+                });
                 rx.start_uart();
             }
             Either4::Second(()) => {
@@ -100,6 +104,7 @@ impl Sender {
         };
         if let Err(error) = self.tx.write(bytes).await {
             defmt::warn!("transmitter: {}", error);
+            tallies::note(|events| &mut events.frames_unsent);
         }
     }
 }

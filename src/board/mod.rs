@@ -14,9 +14,11 @@
 //! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
 //! | [`pose`] | the board's own pose, from the jacks |
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
+//! | [`tallies`] | what went wrong, how often and when last |
 //! | [`exchange`] | what passes between those tasks |
 //! | [`supervisor`] | the watchdog |
-//! | [`identity`], [`mod@panic`] | who the board is and why it last started |
+//! | [`identity`], [`resets`], [`mod@panic`] | who the board is, why it last started and how often |
+//! | [`stack`] | how much of it is used, and what an overflow ends in |
 //! | [`quick_look`] | the approximate tilt |
 
 pub mod acquisition;
@@ -32,10 +34,13 @@ pub mod pins;
 pub mod pose;
 pub mod queue;
 pub mod quick_look;
+pub mod resets;
 pub mod sampling;
+pub mod stack;
 pub mod start;
 pub mod storage;
 pub mod supervisor;
 pub mod supply;
+pub mod tallies;
 pub mod timing;
 pub mod trigger;

@@ -2,14 +2,14 @@
 //!
 //! The message lies in `.uninit`, RAM that the start-up code leaves alone; a magic word and its complement say
 //! that it is there. After a power cut the RAM holds noise, which that pair tells from a message. A hard fault
-//! ends here too, with the address that it happened at.
+//! ends here too, see [`super::stack`].
 
 use core::fmt::{self, Write};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::addr_of_mut;
 
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 
 /// Longest message that is kept, bytes; the rest is cut off.
 pub const MAX_MESSAGE: usize = 128;
@@ -83,15 +83,6 @@ fn panic(info: &PanicInfo) -> ! {
     unsafe { addr_of_mut!(RECORD).cast::<Record>().write_volatile(record) };
     defmt::error!("panic: {}", message.as_str());
     cortex_m::peripheral::SCB::sys_reset()
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    panic!(
-        "hard fault at {:#010x}, called from {:#010x}",
-        frame.pc(),
-        frame.lr()
-    )
 }
 
 #[exception]

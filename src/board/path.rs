@@ -30,10 +30,11 @@ use embassy_stm32::interrupt::typelevel::{DMA1_CHANNEL1, Handler};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::waitqueue::AtomicWaker;
+use embassy_time::Instant;
 use hexsense::channel::{INERTIAL, JACKS, unrolled};
 use hexsense::harmonics::{ANALYSERS, Analyser, Step};
 use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
-use hexsense::wire::message::PathCycles;
+use hexsense::wire::status::{PathCycles, Tally};
 
 use super::acquisition::{Fault, Filled};
 use super::exchange::Guard;
@@ -60,8 +61,6 @@ pub struct Progress {
     pub lost: u64,
     /// Scan counter of the first that was lost.
     pub first_lost: Option<u64>,
-    /// Times that a fault ended a run.
-    pub faults: u32,
     /// Blocks that the link had no room for.
     pub dropped: u32,
 }
@@ -76,6 +75,10 @@ pub struct Path {
     pub queue: Queue,
     /// Whether the link wants blocks.
     pub wanted: bool,
+    /// Blocks that the link had no room for, with their time.
+    pub dropped: Tally,
+    /// Uptime at the first block with a set, ms.
+    pub first_with_set_ms: Option<u64>,
     prepared: Prepared,
     running: bool,
     cycles: PathCycles,
@@ -91,12 +94,13 @@ impl Path {
                 scans: 0,
                 lost: 0,
                 first_lost: None,
-                faults: 0,
                 dropped: 0,
             },
             analysers: [const { Analyser::new() }; ANALYSERS],
             queue: Queue::new(),
             wanted: false,
+            dropped: Tally::NONE,
+            first_with_set_ms: None,
             prepared: Prepared::NONE,
             running: false,
             cycles: PathCycles {
@@ -145,6 +149,21 @@ impl Path {
         taken
     }
 
+    /// Notes the time of what has happened since it was called last. That is no work for the sample interrupt, which
+    /// takes the same time for every block.
+    fn note_times(&mut self) {
+        let dropped = self.progress.dropped;
+        if dropped != self.dropped.count {
+            self.dropped = Tally {
+                count: dropped,
+                last_ms: Instant::now().as_millis(),
+            };
+        }
+        if self.first_with_set_ms.is_none() && self.queue.latest_values().is_some() {
+            self.first_with_set_ms = Some(Instant::now().as_millis());
+        }
+    }
+
     /// Core cycles of the blocks of this run.
     pub fn cycles(&self) -> PathCycles {
         if self.cycles.max == 0 {
@@ -168,7 +187,6 @@ impl Path {
             Ok(()) => self.finish(begun),
             Err(fault) => {
                 self.running = false;
-                self.progress.faults += 1;
                 FAULT.signal(fault);
             }
         }
@@ -264,9 +282,13 @@ pub fn with<R>(work: impl FnOnce(&mut Path) -> R) -> R {
     PATH.lock(|path| work(&mut path.borrow_mut()))
 }
 
-/// Wakes the link when a block waits for it. Runs in the interrupt of the sampling task's executor.
+/// Wakes the link when a block waits for it, and notes times. Runs in the interrupt of the sampling task's executor.
 pub fn announce() {
-    if with(|path| path.queue.front().is_some()) {
+    let waits = with(|path| {
+        path.note_times();
+        path.queue.front().is_some()
+    });
+    if waits {
         LINK.wake();
     }
 }
@@ -289,7 +311,7 @@ pub async fn fault() -> Fault {
     FAULT.wait().await
 }
 
-/// Forgets a fault of the run that is over.
-pub fn forget_fault() {
-    FAULT.reset();
+/// Takes a fault that came when the run was over already.
+pub fn take_fault() -> Option<Fault> {
+    FAULT.try_take()
 }

@@ -16,13 +16,13 @@ use embassy_stm32::Peri;
 use embassy_stm32::adc::{AdcChannel, AnyAdcChannel};
 use embassy_stm32::interrupt::{self, Priority};
 use embassy_stm32::peripherals::{
-    ADC1, ADC2, ADC5, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA1_CH5, FLASH, IWDG, LPUART1, PA0,
-    PA1, PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, RNG, TIM6,
+    ADC1, ADC2, ADC5, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA1_CH5, FLASH, LPUART1, PA0, PA1,
+    PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, RNG, TIM6,
 };
 use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, rng, usart};
 use hexsense::channel::{INERTIAL, JACKS};
 
-use super::path;
+use super::{ecc, path};
 
 bind_interrupts!(
     /// Every interrupt that a driver handles.
@@ -33,7 +33,7 @@ bind_interrupts!(
         DMA1_CHANNEL4 => dma::InterruptHandler<DMA1_CH4>;
         DMA1_CHANNEL5 => dma::InterruptHandler<DMA1_CH5>;
         LPUART1 => usart::InterruptHandler<LPUART1>;
-        FLASH => flash::InterruptHandler;
+        FLASH => ecc::Corrections, flash::InterruptHandler;
         RNG => rng::InterruptHandler<RNG>;
     }
 );
@@ -170,8 +170,6 @@ pub struct Parts {
     pub flash: Peri<'static, FLASH>,
     /// For the storage's challenges.
     pub random: Peri<'static, RNG>,
-    /// For the supervisor.
-    pub watchdog: Peri<'static, IWDG>,
 }
 
 /// Sorts the chip's peripherals by who owns them.
@@ -201,6 +199,5 @@ pub fn assign(p: Peripherals) -> Parts {
         },
         flash: p.FLASH,
         random: p.RNG,
-        watchdog: p.IWDG,
     }
 }

@@ -13,11 +13,12 @@ use hexsense::wire::Response;
 
 use super::acquisition::{Fault, Run};
 use super::exchange::{Active, Exchange, Guard};
-use super::path::{self, Path};
+use super::path::{self, Path, Progress};
 use super::pins;
 use super::queue::Context;
 use super::supply::Reading;
-use super::timing::block_timeout;
+use super::tallies;
+use super::timing::{FIRST_BLOCK_POLL, block_timeout};
 
 /// What the link may ask of the sampling task. Each is answered once.
 #[derive(Clone, Copy)]
@@ -44,13 +45,12 @@ pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -
     let mut answer_due = false;
     loop {
         let mut run = Run::prepare(&mut parts, rate_hz, block);
+        if let Some(fault) = path::take_fault() {
+            count(fault);
+        }
         let start = path::with(|path| Start::new(path, before, rate_hz, block));
         run.start();
-        path::forget_fault();
-        if core::mem::take(&mut answer_due) {
-            exchange.answers.send(Response::Done).await;
-        }
-        let end = follow(exchange, &mut conditions).await;
+        let end = follow(exchange, &mut conditions, &mut answer_due).await;
         path::with(Path::end);
         match end {
             End::Command(command) => {
@@ -60,13 +60,24 @@ pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -
                     Command::Block(size) => block = size,
                 }
             }
-            End::Fault(fault) => {
-                let progress = path::with(|path| path.progress);
-                defmt::warn!("converters: {}, {}", fault, progress);
-            }
+            End::Fault(fault) => count(fault),
         }
         before = Some(start);
     }
+}
+
+/// Counts a fault, for the host.
+fn count(fault: Fault) {
+    defmt::warn!(
+        "converters: {}, {}",
+        fault,
+        path::with(|path| path.progress)
+    );
+    tallies::note(match fault {
+        Fault::Overrun => |events| &mut events.overruns,
+        Fault::Late => |events| &mut events.late_blocks,
+        Fault::Stuck => |events| &mut events.stuck,
+    });
 }
 
 /// Where a run of the converters began.
@@ -97,30 +108,47 @@ impl Start {
 }
 
 /// Waits for the end of a run, and keeps what the path needs up to date until then.
-async fn follow(exchange: &Exchange, conditions: &mut Conditions) -> End {
-    let mut scans = path::with(|path| path.progress.scans);
+///
+/// Only blocks are a sign of life. A command is answered when the first block has come, so that no number of commands
+/// can keep blocks from coming.
+async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &mut bool) -> End {
+    let Progress {
+        mut scans,
+        rate_hz,
+        block,
+        ..
+    } = path::with(|path| path.progress);
+    let patience = block_timeout(rate_hz, block);
+    let mut due = Instant::now() + patience;
     loop {
-        let progress = path::with(|path| path.progress);
+        let look = if *answer_due {
+            due.min(Instant::now() + FIRST_BLOCK_POLL)
+        } else {
+            due
+        };
         match select4(
             exchange.to_sampling.receive(),
             path::fault(),
             conditions.change(),
-            Timer::after(block_timeout(progress.rate_hz, progress.block)),
+            Timer::at(look),
         )
         .await
         {
             Either4::First(command) => return End::Command(command),
             Either4::Second(fault) => return End::Fault(fault),
             Either4::Third(()) => conditions.install().await,
-            Either4::Fourth(()) => {
-                let now = path::with(|path| path.progress.scans);
-                if now == scans {
-                    path::with(|path| path.progress.faults += 1);
-                    return End::Fault(Fault::Stuck);
-                }
-                scans = now;
-                exchange.alive.sampling.signal(());
+            Either4::Fourth(()) => {}
+        }
+        let now = path::with(|path| path.progress.scans);
+        if now != scans {
+            scans = now;
+            due = Instant::now() + patience;
+            exchange.alive.sampling.signal(());
+            if core::mem::take(answer_due) {
+                exchange.answers.send(Response::Done).await;
             }
+        } else if Instant::now() >= due {
+            return End::Fault(Fault::Stuck);
         }
     }
 }

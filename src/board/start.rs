@@ -9,7 +9,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use super::exchange::Exchange;
 use super::identity::Origin;
-use super::{clock, link, path, pins, pose, sampling, storage, supervisor, supply};
+use super::{clock, ecc, link, path, pins, pose, sampling, storage, supervisor, supply};
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static LINK: InterruptExecutor = InterruptExecutor::new();
@@ -32,10 +32,11 @@ fn main() -> ! {
     static EXCHANGE: ConstStaticCell<Exchange> = ConstStaticCell::new(Exchange::new());
     static BACKGROUND: StaticCell<Executor> = StaticCell::new();
 
+    let watchdog = supervisor::unleash();
     let (config, source) = clock::configuration();
     let mut chip = embassy_stm32::init(config);
     clock::check(rcc::clocks(&chip.RCC.reborrow()));
-    let origin = Origin::take(source);
+    let (origin, memory) = Origin::take(source);
     defmt::info!("clock {}, last panic {}", source, origin.panic.as_deref());
 
     let exchange: &'static Exchange = EXCHANGE.take();
@@ -43,6 +44,7 @@ fn main() -> ! {
     let parts = pins::assign(chip);
 
     count_cycles();
+    ecc::watch();
     pins::SAMPLE_VECTOR.set_priority(pins::SAMPLE_PRIORITY);
     for vector in pins::DRIVER_VECTORS {
         vector.set_priority(pins::DRIVER_PRIORITY);
@@ -58,7 +60,7 @@ fn main() -> ! {
         background.spawn(storage::store(parts.flash, parts.random, board, exchange).unwrap());
         background.spawn(pose::find(exchange).unwrap());
         background.spawn(supply::measure(parts.supply, exchange).unwrap());
-        background.spawn(supervisor::supervise(parts.watchdog, exchange).unwrap());
+        background.spawn(supervisor::supervise(watchdog, memory, exchange).unwrap());
     })
 }
 

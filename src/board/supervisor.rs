@@ -1,24 +1,35 @@
 //! The watchdog, fed only when every part of the board makes progress.
 //!
 //! Sample path, link and storage each report that they took a turn. The watchdog is fed after all three have done
-//! so; if one stops, it bites, and the board starts again with [`ResetCause::Watchdog`].
+//! so; if one stops, it bites, and the board starts again with [`ResetCause::Watchdog`]. It is started before the clock
+//! is, so that there is no start that can hang for good.
 //!
-//! [`ResetCause::Watchdog`]: hexsense::wire::message::ResetCause::Watchdog
+//! [`ResetCause::Watchdog`]: hexsense::wire::status::ResetCause::Watchdog
 
 use embassy_futures::join::join3;
-use embassy_stm32::Peri;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_time::Timer;
+use embassy_time::{Instant, Timer};
 
 use super::exchange::Exchange;
+use super::resets::Memory;
 use super::timing::{SUPERVISOR_PERIOD, WATCHDOG_US};
 
-/// Starts the watchdog and feeds it for ever, as long as it is earned.
-#[embassy_executor::task]
-pub async fn supervise(watchdog: Peri<'static, IWDG>, exchange: &'static Exchange) -> ! {
-    let mut watchdog = IndependentWatchdog::new(watchdog, WATCHDOG_US);
+/// Starts the watchdog.
+pub fn unleash() -> IndependentWatchdog<'static, IWDG> {
+    // SAFETY: called once, at the start, and nobody else ever asks for the watchdog.
+    let mut watchdog = IndependentWatchdog::new(unsafe { IWDG::steal() }, WATCHDOG_US);
     watchdog.unleash();
+    watchdog
+}
+
+/// Feeds the watchdog for ever, as long as it is earned.
+#[embassy_executor::task]
+pub async fn supervise(
+    mut watchdog: IndependentWatchdog<'static, IWDG>,
+    mut memory: Memory,
+    exchange: &'static Exchange,
+) -> ! {
     let alive = &exchange.alive;
     loop {
         join3(
@@ -28,6 +39,7 @@ pub async fn supervise(watchdog: Peri<'static, IWDG>, exchange: &'static Exchang
         )
         .await;
         watchdog.pet();
+        memory.keep_uptime(Instant::now().as_millis());
         Timer::after(SUPERVISOR_PERIOD).await;
     }
 }

@@ -32,12 +32,15 @@ pub struct Reading {
     pub vdda_v: f32,
     /// Temperature of the die, °C.
     pub temperature_c: f32,
+    /// Readings that this is the mean of, at most sixteen.
+    pub readings: u8,
 }
 
 impl Reading {
-    /// Moves towards a new reading by one part in `parts`: the mean, as long as `parts` counts the readings.
-    fn approach(&mut self, new: Self, parts: u8) {
-        let weight = 1.0 / f32::from(parts);
+    /// Takes in a new reading: the mean of all, and from sixteen on a step of a sixteenth.
+    fn approach(&mut self, new: Self) {
+        self.readings = (self.readings + new.readings).min(AVERAGED);
+        let weight = 1.0 / f32::from(self.readings);
         self.vdda_v += weight * (new.vdda_v - self.vdda_v);
         self.temperature_c += weight * (new.temperature_c - self.temperature_c);
     }
@@ -82,6 +85,7 @@ impl Factory {
         Reading {
             vdda_v,
             temperature_c: Self::LOW_C + Self::SPAN_K * (at_3v - low) / span,
+            readings: 1,
         }
     }
 }
@@ -109,8 +113,8 @@ pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! 
     let mut mean = Reading {
         vdda_v: 0.0,
         temperature_c: 0.0,
+        readings: 0,
     };
-    let mut readings = 0;
     let mut codes = [0u16; 3];
     let mut ticker = Ticker::every(SUPPLY_PERIOD);
     loop {
@@ -122,10 +126,9 @@ pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! 
         adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
             .await;
         let [_, vrefint_code, temperature_code] = codes;
-        readings = (readings + 1).min(AVERAGED);
-        mean.approach(factory.convert(vrefint_code, temperature_code), readings);
+        mean.approach(factory.convert(vrefint_code, temperature_code));
         latest.send(mean);
-        if readings == AVERAGED {
+        if mean.readings == AVERAGED {
             ticker.next().await;
         }
     }

@@ -83,6 +83,9 @@ pub fn block_timeout(rate_hz: u32, block: BlockSize) -> Duration {
     blocks.max(Duration::from_millis(10))
 }
 
+/// How often to look for the first block after a command; the answer waits for it.
+pub const FIRST_BLOCK_POLL: Duration = Duration::from_millis(1);
+
 /// Supply and temperature change over seconds; ten readings a second leave room for averaging.
 pub const SUPPLY_PERIOD: Duration = Duration::from_millis(100);
 /// Start of the temperature sensor and the reference buffer: 120 µs in the data sheet.

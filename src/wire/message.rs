@@ -2,12 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::harmonics::{ANALYSERS, ChannelSums, Drive, DriveError};
+use crate::harmonics::{ChannelSums, Drive, DriveError};
 use crate::sampling::BlockSize;
 use crate::store::log::Entry;
 use crate::store::{RecordError, SetId};
 use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
+use crate::wire::status::{ResetCause, Status};
 
 /// Bytes of a coefficient set that travel in one message.
 pub const CHUNK: usize = 128;
@@ -120,6 +121,10 @@ pub enum HarmonicState {
 }
 
 /// Answers.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and a few answers exist at a time"
+)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Response {
     /// The request was carried out.
@@ -205,74 +210,6 @@ pub struct Identity {
     pub hardware: heapless::String<32>,
     /// Why the board last started.
     pub reset: ResetCause,
-}
-
-/// Why the board last started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ResetCause {
-    /// The supply came up.
-    PowerOn,
-    /// The reset pin.
-    Pin,
-    /// The firmware asked for it, after a panic or on purpose.
-    Software,
-    /// The watchdog bit.
-    Watchdog,
-    /// Anything else that the chip reports.
-    Other,
-}
-
-/// How the board is. Counters count from the last start.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Status {
-    /// Time since start, ms.
-    pub uptime_ms: u64,
-    /// Scan rate, Hz.
-    pub rate_hz: u32,
-    /// Scans taken.
-    pub scans: u64,
-    /// Scans that are taken at a time, see [`Request::Block`].
-    pub block: BlockSize,
-    /// Scans lost: in the converters, in their rings, and while they were started anew.
-    pub scans_lost: u64,
-    /// Scan counter of the first scan that was lost.
-    pub first_lost_scan: Option<u64>,
-    /// Times that the converters were started anew because a result was not fetched or a block not read in time.
-    pub faults: u32,
-    /// Core cycles that the sample path took for a block.
-    pub path_cycles: PathCycles,
-    /// How far each analyser is.
-    pub analysers: [HarmonicState; ANALYSERS],
-    /// Blocks that the link could not carry.
-    pub blocks_dropped: u32,
-    /// Received frames that were damaged.
-    pub frames_damaged: u32,
-    /// Whether the crystal drives the clock; without it the board is not fit to calibrate.
-    pub crystal: bool,
-    /// Supply factor VDDA / 3.3 V.
-    pub supply: f32,
-    /// Temperature of the die, °C.
-    pub temperature_c: f32,
-    /// Whether the die is within 10 K of the temperature of the calibration.
-    pub in_calibrated_range: bool,
-    /// Tilt by the accelerometers, roll and pitch in rad; approximate, for a quick look only.
-    pub tilt_approximate_rad: Option<[f32; 2]>,
-    /// Whether the board has a key; without one it takes no changes.
-    pub provisioned: bool,
-    /// The message of a panic before the last start.
-    pub panic: Option<heapless::String<128>>,
-}
-
-/// Core cycles from the first to the last instruction of the sample path, since the converters were last started; all
-/// zero before the first block.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PathCycles {
-    /// Least of all blocks.
-    pub min: u32,
-    /// Most of all blocks.
-    pub max: u32,
-    /// Latest block.
-    pub last: u32,
 }
 
 /// Why a request was refused. Each says what to do.

@@ -3,6 +3,7 @@
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::increment;
 use hexsense::sampling::{BlockSize, Calibrator};
+use hexsense::wire::status::Events;
 use hexsense::wire::{Drive, Request, Response};
 
 use crate::bench::Board;
@@ -46,7 +47,7 @@ fn streamed_values_are_those_of_the_streamed_counts_bit_for_bit_at_every_block()
         }
     }
     let status = board.status();
-    assert_eq!((status.faults, status.blocks_dropped), (0, 0));
+    assert_eq!(status.events, Events::NONE);
 }
 
 /// Virtual minutes of the test below by `HEXSENSE_MINUTES`, a quarter of one without it.
@@ -96,6 +97,6 @@ fn everything_at_four_kilohertz_loses_nothing() {
     }
     let status = board.status();
     assert_eq!(status.scans_lost, before.scans_lost);
-    assert_eq!((status.faults, status.blocks_dropped), (0, 0));
+    assert_eq!(status.events, Events::NONE);
     assert!(f64::from(poses) > 90.0 * seconds(), "{poses} poses");
 }

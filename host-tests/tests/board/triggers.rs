@@ -34,7 +34,7 @@ fn the_interval_of_triggers_is_constant_under_every_load() {
         periods.push(150_000);
     }
     let status = board.status();
-    assert_eq!(status.faults, 0);
+    assert_eq!(status.events.converter_faults(), 0);
     let runs = board.triggers();
     // The board begins at 1 kHz and sixteen scans, and every order starts the converters anew.
     for run in runs.iter().filter(|run| run.count > 1) {

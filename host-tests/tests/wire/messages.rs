@@ -7,7 +7,8 @@ use hexsense::store::Entry;
 use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Kept, PathCycles, ResetCause};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
+use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
 use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
@@ -269,47 +270,97 @@ fn status() -> impl Strategy<Value = Status> {
     let text = "[a-z µ]{0,64}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap());
     (
         (any::<u64>(), any::<u32>(), any::<u64>(), any::<u64>()),
-        (block_size(), option::of(any::<u64>()), any::<u32>()),
-        ([any::<u32>(); 3], [state(), state(), state()]),
-        (any::<u32>(), any::<u32>(), any::<bool>()),
-        (any::<f32>(), any::<f32>(), any::<bool>()),
         (
+            block_size(),
+            option::of(any::<u64>()),
+            events(),
+            option::of(any::<u64>()),
+        ),
+        ([any::<u32>(); 3], [state(), state(), state()]),
+        (any::<f32>(), any::<u8>(), any::<f32>(), any::<bool>()),
+        (resets(), [any::<u32>(); 2]),
+        (
+            [any::<bool>(); 2],
             option::of([any::<f32>(); 2]),
-            any::<bool>(),
             option::of(text),
         ),
     )
-        .prop_map(|(scans, converters, path, link, analog, rest)| Status {
+        .prop_map(|(scans, converters, path, analog, starts, rest)| Status {
             uptime_ms: scans.0,
             rate_hz: scans.1,
             scans: scans.2,
             block: converters.0,
             scans_lost: scans.3,
             first_lost_scan: converters.1,
-            faults: converters.2,
+            events: converters.2,
+            first_with_set_ms: converters.3,
             path_cycles: PathCycles {
                 min: path.0[0],
                 max: path.0[1],
                 last: path.0[2],
             },
             analysers: path.1,
-            blocks_dropped: link.0,
-            frames_damaged: link.1,
-            crystal: link.2,
+            crystal: rest.0[0],
             supply: analog.0,
-            temperature_c: analog.1,
-            in_calibrated_range: analog.2,
-            tilt_approximate_rad: rest.0,
-            provisioned: rest.1,
+            supply_readings: analog.1,
+            temperature_c: analog.2,
+            in_calibrated_range: analog.3,
+            tilt_approximate_rad: rest.1,
+            provisioned: rest.0[1],
+            resets: starts.0,
+            stack: StackUse {
+                deepest: starts.1[0],
+                size: starts.1[1],
+            },
             panic: rest.2,
         })
+}
+
+fn events() -> impl Strategy<Value = Events> {
+    [(any::<u32>(), any::<u64>()); 13].prop_map(|tallies| {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m] =
+            tallies.map(|(count, last_ms)| Tally { count, last_ms });
+        Events {
+            overruns: a,
+            late_blocks: b,
+            stuck: c,
+            blocks_dropped: d,
+            frames_unsent: e,
+            frames_not_cobs: f,
+            frames_of_wrong_length: g,
+            frames_of_wrong_checksum: h,
+            frames_of_wrong_kind: i,
+            receiver_overruns: j,
+            receiver_errors: k,
+            flash_corrections: l,
+            torn_words: m,
+        }
+    })
+}
+
+fn resets() -> impl Strategy<Value = Resets> {
+    ([any::<u32>(); 7], option::of(any::<u64>())).prop_map(|(counts, previous_uptime_ms)| {
+        let [starts, brown_outs, pin, software, panics, watchdog, other] = counts;
+        Resets {
+            starts,
+            brown_outs,
+            pin,
+            software,
+            panics,
+            watchdog,
+            other,
+            previous_uptime_ms,
+        }
+    })
 }
 
 fn identity() -> impl Strategy<Value = Identity> {
     let reset = prop_oneof![
         Just(ResetCause::PowerOn),
+        Just(ResetCause::BrownOut),
         Just(ResetCause::Pin),
         Just(ResetCause::Software),
+        Just(ResetCause::Panic),
         Just(ResetCause::Watchdog),
         Just(ResetCause::Other),
     ];

@@ -7,7 +7,8 @@ use hexsense::store::Entry;
 use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, Chunk, Kept, PathCycles, ResetCause};
+use hexsense::wire::message::{ActiveSet, Chunk, Kept};
+use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
@@ -284,8 +285,10 @@ pub fn triads() -> Vec<(&'static str, Response)> {
 pub fn reset_causes() -> Vec<(&'static str, Response)> {
     let named = one_of_each!(ResetCause {
         PowerOn {} => ResetCause::PowerOn,
+        BrownOut {} => ResetCause::BrownOut,
         Pin {} => ResetCause::Pin,
         Software {} => ResetCause::Software,
+        Panic {} => ResetCause::Panic,
         Watchdog {} => ResetCause::Watchdog,
         Other {} => ResetCause::Other,
     });
@@ -352,7 +355,8 @@ fn status() -> Status {
         block: BlockSize::ThirtyTwo,
         scans_lost: 0x2122_2324_2526_2728,
         first_lost_scan: Some(0x5152_5354_5556_5758),
-        faults: 0x6162_6364,
+        events: events(),
+        first_with_set_ms: Some(0x6162_6364_6566_6768),
         path_cycles: PathCycles {
             min: 0x7172_7374,
             max: 0x0182_8384,
@@ -363,14 +367,49 @@ fn status() -> Status {
             HarmonicState::Summing,
             HarmonicState::Complete,
         ],
-        blocks_dropped: 0x3132_3334,
-        frames_damaged: 0x4142_4344,
         crystal: true,
         supply: 0.984_375,
+        supply_readings: 15,
         temperature_c: 31.25,
         in_calibrated_range: false,
         tilt_approximate_rad: Some([0.25, -0.125]),
         provisioned: true,
+        resets: Resets {
+            starts: 28,
+            brown_outs: 1,
+            pin: 2,
+            software: 3,
+            panics: 4,
+            watchdog: 5,
+            other: 6,
+            previous_uptime_ms: Some(0x0132_3334_3536_3738),
+        },
+        stack: StackUse {
+            deepest: 0x2324,
+            size: 0x6000,
+        },
         panic: Some(heapless::String::try_from("at µ").unwrap()),
+    }
+}
+
+fn events() -> Events {
+    let tally = |number: u8| Tally {
+        count: number.into(),
+        last_ms: 0x8000 | u64::from(number),
+    };
+    Events {
+        overruns: tally(1),
+        late_blocks: tally(2),
+        stuck: tally(3),
+        blocks_dropped: tally(4),
+        frames_unsent: tally(5),
+        frames_not_cobs: tally(6),
+        frames_of_wrong_length: tally(7),
+        frames_of_wrong_checksum: tally(8),
+        frames_of_wrong_kind: tally(9),
+        receiver_overruns: tally(10),
+        receiver_errors: tally(11),
+        flash_corrections: tally(12),
+        torn_words: tally(13),
     }
 }

@@ -4,6 +4,7 @@ use clap::Args;
 use hexsense::wire::VERSION;
 
 use super::arguments::Port;
+use super::losses;
 use crate::files;
 
 /// Print who the board is: its identity, its firmware, and why it last started; `hexsense status` prints how it is.
@@ -31,7 +32,7 @@ impl Info {
             "firmware       {major}.{minor}.{patch}, wire version {}",
             VERSION
         );
-        println!("last start     {:?}", identity.reset);
+        println!("last start     {}", losses::cause(identity.reset));
         Ok(())
     }
 }

@@ -8,6 +8,7 @@ mod calibrate;
 mod capture;
 mod info;
 mod kinematics;
+mod losses;
 mod plan;
 mod report;
 mod session;

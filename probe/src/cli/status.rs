@@ -2,11 +2,13 @@
 
 use clap::Args;
 use hexsense::sampling::NOMINAL_SUPPLY_V;
-use hexsense::wire::message::{ActiveSet, PathCycles};
+use hexsense::wire::message::ActiveSet;
+use hexsense::wire::status::{PathCycles, ResetCause, StackUse};
 use hexsense::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
+use super::losses;
 use super::session::link_load;
 use crate::link::client::HarmonicReport;
 use crate::link::{Client, LinkError};
@@ -15,7 +17,10 @@ use crate::link::{Client, LinkError};
 const CORE_HZ: f64 = 150e6;
 
 /// Print how the board is: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
-/// temperature, active set, last panic.
+/// temperature, active set, why it started, stack, last panic.
+///
+/// Everything that went wrong since the start is printed as an `event` with its count and the time of the last; starts and
+/// their causes are counted since the power came on.
 ///
 /// The board counts the core cycles that the sample path takes for each block, from the first half-filled ring to sums
 /// and values; least, most and latest since the converters were last started are printed, with the time at 150 MHz and
@@ -48,6 +53,7 @@ impl Status {
 /// What was asked of the board.
 struct Reading {
     status: BoardStatus,
+    last_start: ResetCause,
     active: Option<ActiveSet>,
     analysers: Vec<HarmonicReport>,
 }
@@ -75,6 +81,7 @@ impl Reading {
         Ok(Self {
             analysers: analysers.collect::<Result<_, _>>()?,
             active: client.active_set()?,
+            last_start: client.identity()?.reset,
             status,
         })
     }
@@ -93,15 +100,20 @@ impl Reading {
                 ),
             ),
             ("lost", self.lost()),
-            ("sample path", self.path()),
         ];
+        lines.extend(
+            losses::texts(&status.events)
+                .into_iter()
+                .map(|text| ("event", text)),
+        );
+        lines.push(("sample path", self.path()));
         for (number, analyser) in self.analysers.iter().enumerate() {
             lines.push((ANALYSER[number.min(2)], self.analyser(analyser)));
         }
         lines.extend([
             ("link", self.link()),
             ("clock", clock(status).to_owned()),
-            ("supply", format!("{:.3} V", supply_v(status))),
+            ("supply", supply(status)),
             ("temperature", self.temperature()),
         ]);
         if let Some([roll, pitch]) = status.tilt_approximate_rad {
@@ -113,6 +125,12 @@ impl Reading {
             None => "none; calibrate and upload a set".to_owned(),
         };
         lines.push(("coefficients", set));
+        lines.push((
+            "last start",
+            losses::last_start(self.last_start, &status.resets),
+        ));
+        lines.push(("starts", losses::starts(&status.resets)));
+        lines.push(("stack", stack(status.stack)));
         let panic = status.panic.as_deref().unwrap_or("none");
         lines.push(("last panic", panic.to_owned()));
         let row = |(name, text): (&str, String)| format!("{name:<14} {text}\n");
@@ -126,7 +144,8 @@ impl Reading {
             .map_or(String::new(), |scan| format!(", the first was scan {scan}"));
         format!(
             "{} scans{first}; converters started anew {} times after a fault",
-            status.scans_lost, status.faults
+            status.scans_lost,
+            status.events.converter_faults()
         )
     }
 
@@ -196,8 +215,8 @@ impl Reading {
             "of {:.1} Mbit/s for telemetry, {}; {} blocks dropped, {} damaged frames",
             f64::from(telemetry::LIMIT_BITS_PER_S) * 1e-6,
             loads.join(", "),
-            status.blocks_dropped,
-            status.frames_damaged
+            status.events.blocks_dropped.count,
+            status.events.frames_damaged()
         )
     }
 
@@ -243,26 +262,33 @@ impl Reading {
             "scans": status.scans,
             "scans_lost": status.scans_lost,
             "first_lost_scan": status.first_lost_scan,
-            "faults": status.faults,
+            "faults": status.events.converter_faults(),
+            "events": losses::to_json(&status.events),
+            "first_with_set_ms": status.first_with_set_ms,
             "sample_path": {"min": cycles(min), "max": cycles(max), "last": cycles(last)},
             "analysers": analysers.collect::<Vec<_>>(),
             "link": {
                 "limit_bits_per_s": telemetry::LIMIT_BITS_PER_S,
                 "load_percent": Value::Object(loads.into_iter().collect()),
-                "blocks_dropped": status.blocks_dropped,
-                "frames_damaged": status.frames_damaged,
+                "blocks_dropped": status.events.blocks_dropped.count,
+                "frames_damaged": status.events.frames_damaged(),
             },
             "clock": if status.crystal { "crystal" } else { "internal" },
             "supply_v": supply_v(status),
+            "supply_readings": status.supply_readings,
             "temperature_c": status.temperature_c,
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
             "tilt_approximate_rad": status.tilt_approximate_rad,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
+            "start": losses::starts_to_json(self.last_start, &status.resets),
+            "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
             "panic": status.panic.as_deref(),
         })
     }
 }
 
+/// Readings of the supply that the board averages.
+const AVERAGED: u8 = 16;
 /// Names of the analysers' lines.
 const ANALYSER: [&str; 3] = ["analyser 0", "analyser 1", "analyser 2"];
 
@@ -272,6 +298,19 @@ fn seconds(status: &BoardStatus) -> f64 {
 
 fn supply_v(status: &BoardStatus) -> f32 {
     status.supply * NOMINAL_SUPPLY_V
+}
+
+/// The supply, and how settled its mean is.
+fn supply(status: &BoardStatus) -> String {
+    let settling = match status.supply_readings {
+        AVERAGED.. => String::new(),
+        readings => format!(", settling: mean of {readings} readings of {AVERAGED}"),
+    };
+    format!("{:.3} V{settling}", supply_v(status))
+}
+
+fn stack(StackUse { deepest, size }: StackUse) -> String {
+    format!("{deepest} of {size} bytes used at most")
 }
 
 fn clock(status: &BoardStatus) -> &'static str {

@@ -18,9 +18,8 @@ use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
 use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{
-    ActiveSet, CHUNK, PathCycles, ResetCause, decode_request, encode_response,
-};
+use hexsense::wire::message::{ActiveSet, CHUNK, decode_request, encode_response};
+use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
 use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{
     BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
@@ -394,20 +393,25 @@ impl FakeBoard {
             block: self.block,
             scans_lost: 0,
             first_lost_scan: None,
-            faults: 0,
+            events: Events::NONE,
+            first_with_set_ms: None,
             path_cycles: PathCycles {
                 min: 4_400,
                 max: 4_800,
                 last: 4_500,
             },
             analysers: self.analysers.each_ref().map(Analyser::state),
-            blocks_dropped: 0,
-            frames_damaged: 0,
             crystal: self.crystal,
             supply: self.source.supply(),
+            supply_readings: 16,
             temperature_c: 31.5,
             in_calibrated_range: self.active.is_some(),
             tilt_approximate_rad: None,
+            resets: Resets::default(),
+            stack: StackUse {
+                deepest: 6_000,
+                size: 24_576,
+            },
             panic: None,
         }
     }
