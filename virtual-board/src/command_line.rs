@@ -36,6 +36,12 @@ pub struct CommandLine {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
+    /// Make things go wrong: a file with one fault a line, such as {"at_s":2.5,"fault":"pin_reset"} or
+    /// {"flash_operation":17,"progress":"half","fault":"power_cut"}. docs/virtual-bench.md lists them all. Times are
+    /// virtual, and both count from power-on.
+    #[arg(long, value_name = "FILE")]
+    pub faults: Option<PathBuf>,
+
     /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
     /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.
     /// May be given several times. The counts are printed on stdout as one line of JSON, {"executed":N,"counts":[…],

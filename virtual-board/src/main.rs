@@ -8,14 +8,15 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use virtual_board::bench::link::{Link, print_counts};
+use virtual_board::bench::link::{Link, LinkError, print_counts};
 use virtual_board::bench::pins::{BoardParameters, Pins};
 use virtual_board::firmware::elf::Firmware;
 use virtual_board::firmware::log::FirmwareLog;
-use virtual_board::machine::Machine;
+use virtual_board::injection::timeline::Timeline;
 use virtual_board::machine::bus::Bus;
 use virtual_board::machine::counting::{Counting, Target};
 use virtual_board::machine::memory::FlashMemory;
+use virtual_board::machine::{Machine, Stop};
 
 use self::command_line::CommandLine;
 
@@ -24,13 +25,17 @@ const DEFAULT_SEED: u64 = 1;
 fn main() -> ExitCode {
     let Err(error) = run(&CommandLine::parse());
     eprintln!("virtual-board: {error}");
-    ExitCode::FAILURE
+    match error.downcast_ref() {
+        Some(LinkError::Machine(Stop::PowerCut { .. })) => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
+    }
 }
 
 fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     let firmware = Firmware::read(&options.elf)?;
     let mut flash = FlashMemory::open(&options.flash)?;
     firmware.program(&mut flash)?;
+    let faults = options.faults.as_deref().map(Timeline::read).transpose()?;
     let link = Link::open(&options.link)?;
     let (pins, mut parameters) = match &options.pins {
         Some(address) => Pins::connect(address)?,
@@ -39,6 +44,7 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     parameters.seed = options.seed.unwrap_or(parameters.seed);
     let log = FirmwareLog::new(&firmware.file, firmware.rtt);
     let mut machine = Machine::new(Bus::new(parameters, pins, flash), log)?;
+    machine.inject(faults.unwrap_or_default());
     let mut stdout = std::io::stdout();
     writeln!(stdout, "{}", serde_json::json!({ "link": link.name()? }))?;
     stdout.flush()?;

@@ -49,6 +49,8 @@ pub(super) enum Pause {
     Reset(ResetCause),
     /// A bank of flash must be watched, or no longer.
     Watch,
+    /// A flash operation has got to where a fault is due.
+    Trapped,
     /// The core spins for ever and nothing can interrupt it.
     Dead,
     /// The twin or the flash file failed.
@@ -169,7 +171,10 @@ impl Context {
         if self.failed() {
             return Pause::Failure;
         }
-        if (0..2).any(|bank| self.bus.flash.watched(bank) != self.watched[bank]) {
+        if self.bus.flash.trapped() {
+            return Pause::Trapped;
+        }
+        if (0..2).any(|bank| self.bus.is_watched(bank) != self.watched[bank]) {
             return Pause::Watch;
         }
         if let Some(exception) = self.bus.nvic.to_take(masks).filter(|_| !in_it_block) {

@@ -16,6 +16,7 @@ use super::hooks::{self, STUB_BASE, masks_of, register_of};
 use super::memory::{Block, FLASH_BASE, FlashFileError};
 use crate::bench::pins::PinsError;
 use crate::firmware::log::FirmwareLog;
+use crate::injection::timeline::Timeline;
 use crate::peripherals::flash::BANK_SIZE;
 use crate::peripherals::nvic::Masks;
 use crate::peripherals::rcc::ResetCause;
@@ -41,6 +42,12 @@ pub enum Stop {
     /// The twin is gone.
     #[error(transparent)]
     Pins(#[from] PinsError),
+    /// The power was cut, as the timeline of faults asked for.
+    #[error("the power was cut at {at_s:.6} s")]
+    PowerCut {
+        /// True time, s.
+        at_s: f64,
+    },
     /// The flash file cannot be written.
     #[error("the flash file cannot be written: {0}")]
     FlashFile(std::io::Error),
@@ -69,6 +76,7 @@ impl From<uc_error> for BuildError {
 /// The chip with its firmware.
 pub struct Machine {
     pub(super) uc: Unicorn<'static, Context>,
+    pub(super) timeline: Timeline,
     stub: Block,
 }
 
@@ -81,7 +89,11 @@ impl Machine {
         let mut stub = Block::new(STUB_SIZE);
         assert!(stub.write(0, &CLEAR_MONITOR), "it fits");
         hooks::connect(&mut uc, &stub)?;
-        let mut machine = Self { uc, stub };
+        let mut machine = Self {
+            uc,
+            timeline: Timeline::default(),
+            stub,
+        };
         machine.start_core();
         Ok(machine)
     }
@@ -120,6 +132,19 @@ impl Machine {
 
     /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.
     pub fn run(&mut self, until_s: f64) -> Result<(), Stop> {
+        while let Some(at_s) = self.timeline.next_at(until_s) {
+            self.run_on(at_s)?;
+            let context = self.context();
+            if context.cycles < context.bus.timebase.cycles(at_s) {
+                return Ok(()); // the transmitter fell silent before
+            }
+            self.inject_timed()?;
+        }
+        self.run_on(until_s)
+    }
+
+    /// The same without looking for faults that have a time.
+    pub(super) fn run_on(&mut self, until_s: f64) -> Result<(), Stop> {
         self.context_mut().begin_run(until_s);
         loop {
             let context = self.context_mut();
@@ -213,6 +238,7 @@ impl Machine {
                 Ok(())
             }
             (Pause::Watch, _) => self.watch_banks(),
+            (Pause::Trapped, _) => self.inject_at_operation(),
             (Pause::Dead, _) => Err(self.dead()),
             (Pause::Failure, _) => Err(self.failure()),
             (Pause::None, result) => self.stopped_by_itself(result),
@@ -254,6 +280,10 @@ impl Machine {
             if context.failed() {
                 return Err(self.failure());
             }
+            if context.bus.flash.trapped() {
+                self.inject_at_operation()?;
+                continue;
+            }
             if context.wakes(masks) {
                 context.sleep = None;
                 return Ok(true);
@@ -287,7 +317,7 @@ impl Machine {
     /// Makes banks of flash unreadable that need watching: every read of them then comes to the hook.
     fn watch_banks(&mut self) -> Result<(), Stop> {
         for bank in 0..2 {
-            let watch = self.context().bus.flash.watched(bank);
+            let watch = self.context().bus.is_watched(bank);
             if watch == self.context().watched[bank] {
                 continue;
             }
@@ -311,7 +341,7 @@ impl Machine {
             .map_err(|error| Stop::Emulator(error, pc))
     }
 
-    fn reset(&mut self, cause: ResetCause) {
+    pub(super) fn reset(&mut self, cause: ResetCause) {
         self.context_mut().poll_log();
         self.note(&format!("reset: {cause:?}"));
         self.context_mut().bus.reset(cause);

@@ -18,6 +18,7 @@ use std::ptr::NonNull;
 
 use thiserror::Error;
 
+use super::ecc::{Flaw, Flaws};
 use crate::peripherals::flash;
 
 /// Where the flash memory begins.
@@ -161,6 +162,7 @@ pub enum FlashFileError {
 pub struct FlashMemory {
     block: Block,
     file: File,
+    flaws: Flaws,
 }
 
 impl FlashMemory {
@@ -179,8 +181,12 @@ impl FlashMemory {
             .map_err(io)?;
         let found = file.metadata().map_err(io)?.len();
         let mut content = vec![0xFF; flash::SIZE];
+        let mut flaws = Flaws::beside(path).map_err(io)?;
         match found as usize {
-            0 => file.write_all_at(&content, 0).map_err(io)?,
+            0 => {
+                file.write_all_at(&content, 0).map_err(io)?;
+                flaws.mend(0..flash::SIZE).map_err(io)?;
+            }
             flash::SIZE => file.read_exact_at(&mut content, 0).map_err(io)?,
             _ => {
                 return Err(FlashFileError::Size {
@@ -191,7 +197,7 @@ impl FlashMemory {
         }
         let mut block = Block::new(flash::SIZE);
         assert!(block.write(0, &content), "sizes agree");
-        Ok(Self { block, file })
+        Ok(Self { block, file, flaws })
     }
 
     /// The memory that the core reads.
@@ -209,13 +215,33 @@ impl FlashMemory {
         u64::from_le_bytes(bytes)
     }
 
-    /// Changes the memory, and the file with it.
+    /// Changes the memory, and the file with it; the error codes fit afterwards.
     ///
     /// # Panics
     /// If the range is not within the memory.
     pub fn write(&mut self, offset: usize, bytes: &[u8]) -> io::Result<()> {
         assert!(self.block.write(offset, bytes), "offset {offset:#x}");
-        self.file.write_all_at(bytes, offset as u64)
+        self.file.write_all_at(bytes, offset as u64)?;
+        self.flaws.mend(offset..offset + bytes.len())
+    }
+
+    /// Leaves a double word whose error code does not fit.
+    ///
+    /// # Panics
+    /// If it is not within the memory.
+    pub fn tear(&mut self, offset: usize, left: u64) -> io::Result<()> {
+        self.write(offset, &left.to_le_bytes())?;
+        self.flaws.set(offset, Flaw::Torn)
+    }
+
+    /// Gives the double word at `offset` a flaw of its error code.
+    pub fn damage(&mut self, offset: usize, flaw: Flaw) -> io::Result<()> {
+        self.flaws.set(offset & !7, flaw)
+    }
+
+    /// Double words whose error code does not fit.
+    pub fn flaws(&self) -> &Flaws {
+        &self.flaws
     }
 }
 

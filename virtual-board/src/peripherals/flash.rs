@@ -4,18 +4,20 @@
 //! - Pages are erased in 22 ms. The operation takes effect when it ends.
 //! - While a bank is busy the other can be read and executed; an access to the busy bank, and a store to either,
 //!   stalls the core until the operation ends (3.3.1, 3.3.5). The processor model asks [`Flash::busy_bank`].
-//! - An operation that a reset cuts short leaves a torn double word or page: some bits are done, and the error code
-//!   does not match. Reading it sets ECCD and raises the NMI. The error code itself is not kept in the file, so a torn
-//!   word is a wrong word after the next power-on.
+//! - An operation that a reset or the end of the power cuts short leaves a torn double word or page: some bits are done,
+//!   and the error code does not match. Reading it sets ECCD and raises the NMI. A page that was being erased holds
+//!   words as they were, torn ones and erased ones.
+//! - A double word with one wrong bit reads as it should, sets ECCC, and raises the interrupt if ECCCIE is set.
 //!
-//! Not modelled: fast programming, option byte programming, protection areas, correctable errors.
-
-use std::collections::BTreeSet;
+//! Errors are found when data is read, not when instructions are fetched. Not modelled: fast programming, option byte
+//! programming, protection areas.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
 
 use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
+use crate::injection::Progress;
+use crate::machine::ecc::Flaw;
 use crate::machine::memory::FlashMemory;
 
 /// Size of the memory, bytes.
@@ -57,6 +59,11 @@ const ERRIE: u32 = 25;
 const OBL_LAUNCH: u32 = 27;
 const OPTLOCK: u32 = 30;
 const LOCK: u32 = 31;
+// ECCR
+const BK_ECC: u32 = 21;
+const ECCCIE: u32 = 24;
+const ECCC: u32 = 30;
+const ECCD: u32 = 31;
 
 /// How far a sequence of two keys has got.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,8 +94,12 @@ pub struct Flash {
     /// Lower half of a double word that waits for its upper half.
     latch: Option<(usize, u32)>,
     running: Option<(Operation, Cycles)>,
-    torn: BTreeSet<usize>,
     tearing: ChaCha8Rng,
+    /// Program and erase operations that were begun since power-on.
+    operations: u64,
+    /// Operation at which a fault is due, and how far it gets until then.
+    trap: Option<(u64, Progress)>,
+    trapped: bool,
     /// A wrong key raises a bus error; it has not been collected yet.
     bus_error: bool,
 }
@@ -106,20 +117,23 @@ impl Flash {
             option_keyhole: Keyhole::Locked,
             latch: None,
             running: None,
-            torn: BTreeSet::new(),
             tearing,
+            operations: 0,
+            trap: None,
+            trapped: false,
             bus_error: false,
         }
     }
 
-    /// A warm reset: an operation under way is cut short.
+    /// A reset, or the end of the power: an operation under way is cut short.
     pub fn reset(&mut self, memory: &mut FlashMemory) -> std::io::Result<()> {
         if let Some((operation, _)) = self.running.take() {
             self.tear(operation, memory)?;
         }
         let fresh = Self::new(self.tearing.clone(), self.core_hz);
         *self = Self {
-            torn: std::mem::take(&mut self.torn),
+            operations: self.operations,
+            trap: self.trap,
             ..fresh
         };
         Ok(())
@@ -165,7 +179,11 @@ impl Flash {
             }
             0x10 => self.sr &= !(value & (ERRORS | EOP)),
             0x14 => return self.control(value, now),
-            0x18 => self.eccr &= !(value & 0xC000_0000),
+            0x18 => {
+                const KEPT: u32 = !(1 << ECCD | 1 << ECCC | 1 << ECCCIE);
+                let flags = self.eccr & !value & (1 << ECCD | 1 << ECCC);
+                self.eccr = (self.eccr & KEPT) | flags | (value & 1 << ECCCIE);
+            }
             0x04 => return Err(Unmodelled("power-down of the flash memory")),
             0x20..=0x74 => return Err(Unmodelled("programming of option bytes")),
             _ => return Err(NO_SUCH_REGISTER),
@@ -208,7 +226,32 @@ impl Flash {
 
     /// Whether the interrupt line is high.
     pub fn interrupt(&self) -> bool {
-        (bit(self.cr, EOPIE) && self.sr & EOP != 0) || (bit(self.cr, ERRIE) && self.sr & OPERR != 0)
+        (bit(self.cr, EOPIE) && self.sr & EOP != 0)
+            || (bit(self.cr, ERRIE) && self.sr & OPERR != 0)
+            || (bit(self.eccr, ECCCIE) && bit(self.eccr, ECCC))
+    }
+
+    /// Program and erase operations that were begun since power-on.
+    pub fn operations(&self) -> u64 {
+        self.operations
+    }
+
+    /// Sets where [`Self::trapped`] becomes true: in the operation with this number, counted from power-on, when it has
+    /// got so far. An operation that has [`Progress::NotBegun`] never begins.
+    pub fn set_trap(&mut self, trap: Option<(u64, Progress)>) {
+        (self.trap, self.trapped) = (trap, false);
+    }
+
+    /// Whether the trapped operation has got there.
+    pub fn trapped(&self) -> bool {
+        self.trapped
+    }
+
+    /// Notes how far the latest operation has got; whether that is where the trap is.
+    fn reaches(&mut self, progress: Progress) -> bool {
+        let here = self.trap == Some((self.operations, progress));
+        self.trapped |= here;
+        here
     }
 
     /// The bank that an operation keeps busy, 0 or 1.
@@ -220,20 +263,23 @@ impl Flash {
         })
     }
 
-    /// Whether reads of a bank must be looked at: it is busy, or holds a torn double word.
-    pub fn watched(&self, bank: usize) -> bool {
+    /// Whether reads of a bank must be looked at: it is busy, or holds a double word whose error code does not fit.
+    pub fn watched(&self, bank: usize, memory: &FlashMemory) -> bool {
         let start = bank * BANK_SIZE;
-        self.busy_bank() == Some(bank) || self.torn.range(start..start + BANK_SIZE).next().is_some()
+        self.busy_bank() == Some(bank) || memory.flaws().any_in(start..start + BANK_SIZE)
     }
 
     /// Notes a read at `offset`; true if the double word there is torn, which raises the NMI.
-    pub fn check_read(&mut self, offset: usize) -> bool {
-        let torn = self.torn.contains(&(offset & !7));
-        if torn {
+    pub fn check_read(&mut self, offset: usize, memory: &FlashMemory) -> bool {
+        let flaw = memory.flaws().get(offset & !7);
+        if let Some(flaw) = flaw {
             let in_bank = (offset % BANK_SIZE / 8) as u32;
-            self.eccr = 1 << 31 | ((offset / BANK_SIZE) as u32) << 21 | in_bank;
+            let flag = if flaw == Flaw::Torn { ECCD } else { ECCC };
+            let bank = (offset / BANK_SIZE) as u32;
+            let kept = self.eccr & (1 << ECCCIE | 1 << ECCC | 1 << ECCD);
+            self.eccr = kept | 1 << flag | bank << BK_ECC | in_bank;
         }
-        torn
+        flaw == Some(Flaw::Torn)
     }
 
     /// When [`Self::advance`] must be called next: the end of the operation under way.
@@ -250,20 +296,14 @@ impl Flash {
             return Ok(());
         }
         self.running = None;
+        self.reaches(Progress::Done);
         self.cr &= !(1 << STRT);
         if bit(self.cr, EOPIE) {
             self.sr |= EOP;
         }
         match operation {
-            Operation::Program { offset, data } => {
-                self.torn.remove(&offset);
-                memory.write(offset, &data.to_le_bytes())
-            }
-            Operation::Erase { offset, length } => {
-                self.torn
-                    .retain(|torn| !(offset..offset + length).contains(torn));
-                memory.write(offset, &vec![0xFF; length])
-            }
+            Operation::Program { offset, data } => memory.write(offset, &data.to_le_bytes()),
+            Operation::Erase { offset, length } => memory.write(offset, &vec![0xFF; length]),
         }
     }
 
@@ -316,11 +356,18 @@ impl Flash {
         if memory.double_word(offset) != u64::MAX && data != 0 {
             return Some(PROGERR);
         }
-        self.running = Some((
-            Operation::Program { offset, data },
-            now + (PROGRAM_S * self.core_hz) as Cycles,
-        ));
+        let end = now + (PROGRAM_S * self.core_hz) as Cycles;
+        self.begin(Operation::Program { offset, data }, end);
         None
+    }
+
+    fn begin(&mut self, operation: Operation, end: Cycles) {
+        self.operations += 1;
+        if self.reaches(Progress::NotBegun) {
+            return;
+        }
+        self.running = Some((operation, end));
+        self.reaches(Progress::Half);
     }
 
     fn begin_erase(&mut self, now: Cycles) {
@@ -345,7 +392,7 @@ impl Flash {
             (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),
         };
         let end = now + (duration_s * self.core_hz) as Cycles;
-        self.running = Some((Operation::Erase { offset, length }, end));
+        self.begin(Operation::Erase { offset, length }, end);
     }
 
     fn fail(&mut self, flag: u32) {
@@ -359,15 +406,17 @@ impl Flash {
     fn tear(&mut self, operation: Operation, memory: &mut FlashMemory) -> std::io::Result<()> {
         match operation {
             Operation::Program { offset, data } => {
-                self.torn.insert(offset);
-                let left = data | self.tearing.next_u64();
-                memory.write(offset, &(memory.double_word(offset) & left).to_le_bytes())
+                let left = memory.double_word(offset) & (data | self.tearing.next_u64());
+                memory.tear(offset, left)
             }
             Operation::Erase { offset, length } => {
                 for word in (offset..offset + length).step_by(8) {
-                    self.torn.insert(word);
-                    let left = memory.double_word(word) | self.tearing.next_u64();
-                    memory.write(word, &left.to_le_bytes())?;
+                    let before = memory.double_word(word);
+                    match self.tearing.next_u32() % 3 {
+                        0 => {}
+                        1 => memory.tear(word, before | self.tearing.next_u64())?,
+                        _ => memory.write(word, &u64::MAX.to_le_bytes())?,
+                    }
                 }
                 Ok(())
             }

@@ -11,6 +11,8 @@
 
 use std::collections::VecDeque;
 
+use crate::injection::{Effect, Towards};
+
 use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
 
 /// Rate at which characters pass a receiver that was never set up, bit/s.
@@ -37,6 +39,8 @@ const OVRDIS: u32 = 12;
 const TXFTIE: u32 = 23;
 const RXFTIE: u32 = 28;
 // ISR
+const FE: u32 = 1 << 1;
+const NE: u32 = 1 << 2;
 const ORE: u32 = 1 << 3;
 const IDLE: u32 = 1 << 4;
 const RXNE: u32 = 1 << 5;
@@ -53,7 +57,7 @@ pub struct Lpuart {
     cr3: u32,
     brr: u32,
     presc: u32,
-    /// ORE, IDLE and TC; the other status bits follow from the FIFOs.
+    /// FE, NE, ORE, IDLE and TC; the other status bits follow from the FIFOs.
     latched: u32,
     rx: VecDeque<u8>,
     tx: VecDeque<u8>,
@@ -68,6 +72,8 @@ pub struct Lpuart {
     idle_at: Cycles,
     sent: Vec<u8>,
     sent_at: Cycles,
+    /// What becomes of the next characters towards the board, and towards the host.
+    disturbed: [VecDeque<Effect>; 2],
 }
 
 impl Lpuart {
@@ -91,6 +97,7 @@ impl Lpuart {
             idle_at: NEVER,
             sent: Vec::new(),
             sent_at: 0,
+            disturbed: Default::default(),
         }
     }
 
@@ -99,6 +106,7 @@ impl Lpuart {
         let fresh = Self::new();
         let line = std::mem::take(&mut self.line);
         let sent = std::mem::take(&mut self.sent);
+        let disturbed = std::mem::take(&mut self.disturbed);
         *self = Self {
             kernel_hz: self.kernel_hz,
             core_hz: self.core_hz,
@@ -106,6 +114,7 @@ impl Lpuart {
             arriving: self.arriving,
             sent,
             sent_at: self.sent_at,
+            disturbed,
             ..fresh
         };
     }
@@ -125,6 +134,11 @@ impl Lpuart {
     /// Characters on the line that have not arrived yet.
     pub fn line_backlog(&self) -> usize {
         self.line.len()
+    }
+
+    /// Spoils the next characters on the line.
+    pub fn disturb(&mut self, towards: Towards, effect: Effect, characters: u32) {
+        self.disturbed[towards as usize].extend((0..characters).map(|_| effect));
     }
 
     /// Collects what was transmitted since the last call.
@@ -180,7 +194,7 @@ impl Lpuart {
                     self.tx.clear();
                 }
             }
-            0x20 => self.latched &= !(value & (ORE | IDLE | TC)),
+            0x20 => self.latched &= !(value & (FE | NE | ORE | IDLE | TC)),
             0x28 => self.transmit(value as u8, now),
             0x2C => self.presc = value & 0xF,
             _ => return Err(NO_SUCH_REGISTER),
@@ -200,7 +214,7 @@ impl Lpuart {
             || on(bit(self.cr1, RXFFIE), 1 << 24)
             || on(bit(self.cr3, RXFTIE), 1 << 26)
             || on(bit(self.cr3, TXFTIE), 1 << 27)
-            || on(bit(self.cr3, EIE), ORE)
+            || on(bit(self.cr3, EIE), FE | NE | ORE)
     }
 
     /// Whether the receiver asks a DMA channel to fetch a character.
@@ -226,7 +240,9 @@ impl Lpuart {
         if let Some((character, at)) = self.shifting
             && at <= now
         {
-            self.sent.push(character);
+            let disturbed = self.disturbed[Towards::Host as usize].pop_front();
+            let arrived = disturbed.map_or(Some(character), |effect| spoil(character, effect));
+            self.sent.extend(arrived);
             self.sent_at = at;
             self.shifting = None;
             self.begin_shift(at);
@@ -347,9 +363,16 @@ impl Lpuart {
         let Some(character) = self.line.pop_front() else {
             return;
         };
-        if !self.receiving() {
+        let effect = self.disturbed[Towards::Board as usize].pop_front();
+        let arrived = effect.map_or(Some(character), |effect| spoil(character, effect));
+        let Some(character) = arrived.filter(|_| self.receiving()) else {
             return;
-        }
+        };
+        self.latched |= match effect {
+            Some(Effect::Noise) => NE,
+            Some(Effect::Framing) => FE,
+            _ => 0,
+        };
         if self.rx.len() < self.depth() {
             self.rx.push_back(character);
         } else if bit(self.cr3, OVRDIS) {
@@ -373,6 +396,11 @@ impl Default for Lpuart {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// What arrives of a character on a bad line.
+fn spoil(character: u8, effect: Effect) -> Option<u8> {
+    (effect != Effect::Lost).then_some(character ^ 1 << 3)
 }
 
 /// FIFO thresholds RXFTCFG and TXFTCFG in characters.

@@ -46,6 +46,10 @@ const HSI48: usize = 5;
 pub enum ResetCause {
     /// Power came on (BORRSTF; every reset also sets PINRSTF).
     PowerOn,
+    /// The supply dipped (BORRSTF too; only the RAM may tell).
+    BrownOut,
+    /// Somebody pulled NRST low.
+    Pin,
     /// SYSRESETREQ (SFTRSTF).
     Software,
     /// The independent watchdog (IWDGRSTF).
@@ -58,7 +62,8 @@ impl ResetCause {
     fn flags(self) -> u32 {
         let pin = 1 << 26;
         pin | match self {
-            Self::PowerOn => 1 << 27,
+            Self::PowerOn | Self::BrownOut => 1 << 27,
+            Self::Pin => 0,
             Self::Software => 1 << 28,
             Self::IndependentWatchdog => 1 << 29,
             Self::OptionBytes => 1 << 25,
@@ -100,6 +105,8 @@ pub struct Rcc {
     registers: [u32; REGISTERS],
     ready_at: [Cycles; OSCILLATORS.len()],
     core_hz: f64,
+    /// The crystal works.
+    crystal: bool,
 }
 
 impl Rcc {
@@ -118,14 +125,27 @@ impl Rcc {
             registers,
             ready_at,
             core_hz: f64::from(HSI_HZ),
+            crystal: true,
         }
     }
 
-    /// The controller after a warm reset: causes of earlier resets stay until the firmware removes them.
+    /// The controller after a reset: causes of earlier ones stay until the firmware removes them, or the supply dips.
     pub fn reset(&mut self, cause: ResetCause) {
-        let earlier = self.registers[CSR] & 0xFE00_0000;
-        *self = Self::new(cause);
+        let earlier = match cause {
+            ResetCause::PowerOn | ResetCause::BrownOut => 0,
+            _ => self.registers[CSR] & 0xFE00_0000,
+        };
+        *self = Self {
+            crystal: self.crystal,
+            ..Self::new(cause)
+        };
         self.registers[CSR] |= earlier;
+    }
+
+    /// The crystal stops and never starts again; what ran on it stands still.
+    pub fn stop_crystal(&mut self) {
+        self.crystal = false;
+        self.ready_at[HSE] = NEVER;
     }
 
     /// Tells how fast the core runs, for the start-up times of oscillators.
@@ -238,6 +258,8 @@ impl Rcc {
                 [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
             if in_use == Some(oscillator) && bit(old, on) {
                 self.registers[index] |= 1 << on; // the clock in use cannot be switched off
+            } else if oscillator == HSE && !self.crystal {
+                // It does not start.
             } else if bit(self.registers[index] & !old, on) {
                 self.ready_at[oscillator] = now + (start_s * self.core_hz) as Cycles;
             } else if !bit(self.registers[index], on) {

@@ -5,6 +5,7 @@ mod counting;
 mod exceptions;
 mod faults;
 mod flash;
+mod injection;
 mod power;
 mod serial;
 mod sleep;
@@ -86,5 +87,6 @@ impl Chip {
 impl Drop for Chip {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
+        let _ = std::fs::remove_file(self.path.with_extension("bin.ecc"));
     }
 }

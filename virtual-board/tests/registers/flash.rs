@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use virtual_board::injection::Progress;
+use virtual_board::machine::ecc::Flaw;
 use virtual_board::machine::memory::{FlashFileError, FlashMemory};
 use virtual_board::peripherals::flash::{BANK_SIZE, Flash, SIZE};
 
@@ -21,6 +23,10 @@ const PG: u32 = 1;
 const PER: u32 = 1 << 1;
 const BKER: u32 = 1 << 11;
 const STRT: u32 = 1 << 16;
+const ECCR: u32 = 0x18;
+const ECCCIE: u32 = 1 << 24;
+const ECCC: u32 = 1 << 30;
+const ECCD: u32 = 1 << 31;
 const EOPIE: u32 = 1 << 24;
 const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
@@ -39,6 +45,7 @@ impl Bench {
         let path =
             std::env::temp_dir().join(format!("virtual-board-{}-{name}.bin", std::process::id()));
         let _ = std::fs::remove_file(&path);
+        let _ = std::fs::remove_file(path.with_extension("bin.ecc"));
         let memory = FlashMemory::open(&path).unwrap();
         Self {
             flash: Flash::new(super::noise(), 150e6),
@@ -66,6 +73,27 @@ impl Bench {
         self.flash.read(SR).unwrap()
     }
 
+    fn watched(&self, bank: usize) -> bool {
+        self.flash.watched(bank, &self.memory)
+    }
+
+    fn check_read(&mut self, offset: usize) -> bool {
+        self.flash.check_read(offset, &self.memory)
+    }
+
+    fn program(&mut self, offset: usize, value: u32, now: u64) {
+        self.flash.write(CR, PG, now).unwrap();
+        self.store(offset, value, now);
+        self.store(offset + 4, value, now);
+        self.advance(now + PROGRAM);
+    }
+
+    /// Another power-on: the files stay, the chip begins anew.
+    fn power_on(&mut self) {
+        self.memory = FlashMemory::open(&self.path).unwrap();
+        self.flash = Flash::new(super::noise(), 150e6);
+    }
+
     /// What the file holds.
     fn file(&self) -> Vec<u8> {
         std::fs::read(&self.path).unwrap()
@@ -75,6 +103,7 @@ impl Bench {
 impl Drop for Bench {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
+        let _ = std::fs::remove_file(self.path.with_extension("bin.ecc"));
     }
 }
 
@@ -197,7 +226,7 @@ fn a_page_of_bank_2_is_erased_in_22_ms_and_no_other() {
     assert_eq!(bench.flash.next_event(), PAGE_ERASE);
     bench.advance(PAGE_ERASE - 1);
     assert_eq!(bench.status() & BSY, BSY);
-    assert!(bench.flash.watched(1) && !bench.flash.watched(0));
+    assert!(bench.watched(1) && !bench.watched(0));
     bench.advance(PAGE_ERASE);
     assert_eq!(bench.status(), EOP);
     assert_eq!(bench.flash.read(CR).unwrap() & STRT, 0);
@@ -248,8 +277,8 @@ fn a_reset_in_mid_program_tears_the_double_word() {
         "bits only fall"
     );
     assert!(left != u64::MAX && left != 0x5555_5555_0000_0000);
-    assert!(bench.flash.watched(1));
-    assert!(bench.flash.check_read(0x40014));
+    assert!(bench.watched(1));
+    assert!(bench.check_read(0x40014));
     assert_eq!(
         bench.flash.read(0x18),
         Ok(1 << 31 | 1 << 21 | 2),
@@ -257,7 +286,7 @@ fn a_reset_in_mid_program_tears_the_double_word() {
     );
     bench.flash.write(0x18, 1 << 31, 0).unwrap();
     assert_eq!(bench.flash.read(0x18).unwrap() >> 31, 0);
-    assert!(!bench.flash.check_read(0x40018));
+    assert!(!bench.check_read(0x40018));
 }
 
 #[test]
@@ -271,6 +300,91 @@ fn an_operation_that_power_cuts_short_has_not_happened() {
             .iter()
             .all(|byte| *byte == 0)
     );
+}
+
+#[test]
+fn a_torn_word_is_torn_after_power_on_too_until_its_page_is_erased() {
+    let mut bench = Bench::unlocked("torn-for-good");
+    bench.flash.write(CR, PG, 0).unwrap();
+    bench.store(0x40010, 0, 0);
+    bench.store(0x40014, 0x5555_5555, 0);
+    bench.flash.reset(&mut bench.memory).unwrap();
+    let left = bench.memory.double_word(0x40010);
+    bench.power_on();
+    assert_eq!(bench.memory.double_word(0x40010), left);
+    assert!(bench.watched(1) && bench.check_read(0x40010));
+    bench.flash.write(KEYR, 0x4567_0123, 0).unwrap();
+    bench.flash.write(KEYR, 0xCDEF_89AB, 0).unwrap();
+    bench.flash.write(CR, PER | BKER | STRT, 0).unwrap();
+    bench.advance(PAGE_ERASE);
+    assert!(!bench.check_read(0x40010) && !bench.watched(1));
+    bench.power_on();
+    assert!(!bench.check_read(0x40010));
+}
+
+#[test]
+fn one_wrong_bit_is_corrected_flagged_and_interrupts_if_enabled() {
+    let mut bench = Bench::unlocked("one-bit");
+    bench.program(0x40018, 0x1234_5678, 0);
+    bench.memory.damage(0x4001C, Flaw::OneBit).unwrap();
+    assert!(bench.watched(1) && !bench.watched(0));
+    assert!(!bench.check_read(0x40018), "no NMI");
+    assert_eq!(bench.memory.double_word(0x40018), 0x1234_5678_1234_5678);
+    assert_eq!(bench.flash.read(ECCR), Ok(ECCC | 1 << 21 | 3));
+    assert!(!bench.flash.interrupt());
+    bench.flash.write(ECCR, ECCCIE, 0).unwrap();
+    assert!(bench.flash.interrupt());
+    bench.flash.write(ECCR, ECCC | ECCCIE, 0).unwrap();
+    assert_eq!(bench.flash.read(ECCR).unwrap() & (ECCC | ECCD), 0);
+    assert!(!bench.flash.interrupt());
+}
+
+#[test]
+fn an_erasure_that_is_cut_short_leaves_old_torn_and_erased_words() {
+    let mut bench = Bench::unlocked("half-erased");
+    bench.memory.write(BANK_SIZE, &[0; 2048]).unwrap();
+    bench.flash.write(CR, PER | BKER | STRT, 0).unwrap();
+    bench.flash.reset(&mut bench.memory).unwrap();
+    let words = (BANK_SIZE..BANK_SIZE + 2048).step_by(8);
+    let mut seen = [0; 3];
+    for word in words {
+        let kind = match (bench.check_read(word), bench.memory.double_word(word)) {
+            (true, _) => 0,
+            (false, 0) => 1,
+            (false, u64::MAX) => 2,
+            (false, left) => panic!("{left:#x}"),
+        };
+        seen[kind] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 50), "{seen:?}");
+}
+
+#[test]
+fn a_trap_stops_its_operation_before_within_or_after() {
+    for (progress, left) in [
+        (Progress::NotBegun, u64::MAX),
+        (Progress::Done, 0x5555_5555_5555_5555),
+    ] {
+        let mut bench = Bench::unlocked("trap");
+        bench.flash.set_trap(Some((2, progress)));
+        bench.program(0x40000, 0x1111_1111, 0);
+        assert!(!bench.flash.trapped());
+        bench.program(0x40008, 0x5555_5555, 100_000);
+        assert!(bench.flash.trapped());
+        bench.flash.reset(&mut bench.memory).unwrap();
+        assert_eq!(bench.memory.double_word(0x40000), 0x1111_1111_1111_1111);
+        assert_eq!(bench.memory.double_word(0x40008), left, "{progress:?}");
+        assert!(!bench.watched(1));
+    }
+    let mut bench = Bench::unlocked("trap-half");
+    bench.flash.set_trap(Some((1, Progress::Half)));
+    bench.flash.write(CR, PG, 0).unwrap();
+    bench.store(0x40000, 0x5555_5555, 0);
+    assert!(!bench.flash.trapped());
+    bench.store(0x40004, 0x5555_5555, 0);
+    assert!(bench.flash.trapped());
+    bench.flash.reset(&mut bench.memory).unwrap();
+    assert!(bench.check_read(0x40000), "torn");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! RM0440 chapter 38. Kernel and core clock 150 MHz, 2 Mbit/s: BRR = 256 · 150e6 / 2e6 = 19200, a bit is 75 cycles.
 
+use virtual_board::injection::{Effect, Towards};
 use virtual_board::peripherals::NEVER;
 use virtual_board::peripherals::lpuart::Lpuart;
 
@@ -181,4 +182,40 @@ fn switching_off_empties_everything() {
     port.write(CR1, 0, 10).unwrap();
     assert_eq!(port.next_event(), NEVER);
     assert_eq!(port.read(ISR), Ok(TXE | TC));
+}
+
+#[test]
+fn noise_and_a_missing_stop_bit_are_flagged_beside_the_character() {
+    for (effect, flag) in [(Effect::Framing, 1 << 1), (Effect::Noise, 1 << 2)] {
+        let mut port = port(ON);
+        port.write(CR3, 1, 0).unwrap(); // EIE
+        port.disturb(Towards::Board, effect, 1);
+        port.line_in(&[0x41, 0x42], 0);
+        run(&mut port, CHARACTER);
+        assert_eq!(port.read(ISR).unwrap() & (flag | RXNE), flag | RXNE);
+        assert!(port.interrupt());
+        assert_eq!(port.read(RDR).unwrap(), 0x49, "one bit is wrong");
+        port.write(ICR, flag, CHARACTER).unwrap();
+        assert_eq!(port.read(ISR).unwrap() & flag, 0);
+        assert!(!port.interrupt());
+        run(&mut port, 2 * CHARACTER);
+        assert_eq!(port.read(RDR).unwrap(), 0x42);
+    }
+}
+
+#[test]
+fn characters_are_lost_or_damaged_without_a_sign_in_both_directions() {
+    let mut port = port(ON);
+    port.disturb(Towards::Board, Effect::Lost, 1);
+    port.line_in(&[0x41, 0x42], 0);
+    run(&mut port, 2 * CHARACTER);
+    assert_eq!(port.read(RDR).unwrap(), 0x42);
+    port.disturb(Towards::Host, Effect::Damaged, 1);
+    port.disturb(Towards::Host, Effect::Lost, 1);
+    for character in [1, 2, 3] {
+        let now = 10_000 * u64::from(character);
+        port.write(TDR, character, now).unwrap();
+        run(&mut port, now + CHARACTER);
+    }
+    assert_eq!(port.take_sent(), [1 ^ 8, 3]);
 }

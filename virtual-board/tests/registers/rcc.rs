@@ -127,3 +127,31 @@ fn reset_causes_pile_up_until_they_are_removed() {
     rcc.reset(ResetCause::Software);
     assert_eq!(rcc.read(CSR, 0), Ok(1 << 28 | 1 << 26));
 }
+
+#[test]
+fn causes_of_resets_add_up_until_they_are_removed_or_the_supply_dips() {
+    const PIN: u32 = 1 << 26;
+    const BROWN_OUT: u32 = 1 << 27;
+    const WATCHDOG: u32 = 1 << 29;
+    let mut rcc = Rcc::new(ResetCause::PowerOn);
+    let flags = |rcc: &mut Rcc| rcc.read(CSR, 0).unwrap() & 0xFE00_0000;
+    assert_eq!(flags(&mut rcc), BROWN_OUT | PIN);
+    rcc.write(CSR, 1 << 23, 0).unwrap();
+    rcc.reset(ResetCause::Pin);
+    assert_eq!(flags(&mut rcc), PIN);
+    rcc.reset(ResetCause::IndependentWatchdog);
+    assert_eq!(flags(&mut rcc), WATCHDOG | PIN);
+    rcc.reset(ResetCause::BrownOut);
+    assert_eq!(flags(&mut rcc), BROWN_OUT | PIN);
+}
+
+#[test]
+fn a_dead_crystal_never_gets_ready_not_even_after_a_reset() {
+    let mut rcc = Rcc::new(ResetCause::PowerOn);
+    rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
+    rcc.stop_crystal();
+    assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
+    rcc.reset(ResetCause::Pin);
+    rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
+    assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
+}

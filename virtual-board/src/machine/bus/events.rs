@@ -19,10 +19,11 @@ const FLASH: usize = LPUART + 1;
 const IWDG: usize = FLASH + 1;
 const RNG: usize = IWDG + 1;
 const SYSTICK: usize = RNG + 1;
+const STALL: usize = SYSTICK + 1;
 /// A channel that does not satisfy the request that it answers would be served for ever; this is where it ends.
 const MOST_TRANSFERS: u32 = 64;
 /// Number of peripherals with deadlines.
-pub const SOURCES: usize = SYSTICK + 1;
+pub const SOURCES: usize = STALL + 1;
 
 impl Bus {
     /// When something happens next.
@@ -76,6 +77,8 @@ impl Bus {
                 self.set_deadline(IWDG, NEVER);
             }
             RNG => self.refresh(Unit::Rng),
+            // The requests that waited are served afterwards, see `settle`.
+            STALL => self.set_deadline(STALL, NEVER),
             _ => {
                 self.systick.advance(at);
                 if self.systick.take_tick() {
@@ -169,6 +172,11 @@ impl Bus {
         }
     }
 
+    /// Requests that were held up until `end` must be served then.
+    pub(super) fn expect_end_of_stall(&mut self, end: Cycles) {
+        self.set_deadline(STALL, end);
+    }
+
     pub(super) fn refresh_systick(&mut self) {
         self.set_deadline(SYSTICK, self.systick.next_event());
     }
@@ -206,6 +214,9 @@ impl Bus {
     }
 
     fn requested(&self, number: u8) -> bool {
+        if self.stalls.hold(number, self.now) {
+            return false;
+        }
         match number {
             request::LPUART1_RX => self.lpuart.rx_request(),
             request::LPUART1_TX => self.lpuart.tx_request(),
@@ -249,6 +260,9 @@ impl Bus {
         let Some(source) = TIMERS[timer].adc_trigger else {
             return;
         };
+        if self.now < self.stalls.triggers {
+            return;
+        }
         let mut began = false;
         for index in 0..self.adc.len() {
             began |= self.adc[index].trigger(source, self.now);

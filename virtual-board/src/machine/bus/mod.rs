@@ -6,6 +6,7 @@
 mod access;
 mod clocks;
 pub mod events;
+mod injected;
 pub mod map;
 pub mod remarks;
 pub mod triggers;
@@ -14,6 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng};
 
 use self::events::SOURCES;
+use self::injected::Stalls;
 use self::map::{TIMERS, Unit};
 use self::remarks::Remarks;
 use self::triggers::Triggers;
@@ -109,6 +111,9 @@ pub struct Bus {
     rng: Rng,
     crc: Crc,
     systick: SysTick,
+    stalls: Stalls,
+    /// What the SRAM comes up with when it was without power.
+    ram_noise: ChaCha8Rng,
     deadlines: [Cycles; SOURCES],
     next_deadline: Cycles,
 }
@@ -131,7 +136,8 @@ impl Bus {
         let core_hz = timebase.core_hz();
         let rcc = Rcc::new(ResetCause::PowerOn);
         let mut ram = Block::new(RAM_SIZE);
-        fill(&mut ram, seeded(Stream::PowerOnRam as u64));
+        let mut ram_noise = seeded(Stream::PowerOnRam as u64);
+        fill(&mut ram, &mut ram_noise);
         let clocks = rcc.clocks();
         let mut bus = Self {
             now: 0,
@@ -171,6 +177,8 @@ impl Bus {
             rng: Rng::new(seeded(Stream::RandomNumbers as u64), u64::from(HSI_HZ)),
             crc: Crc::default(),
             systick: SysTick::default(),
+            stalls: Stalls::default(),
+            ram_noise,
             deadlines: [NEVER; SOURCES],
             next_deadline: NEVER,
             parameters,
@@ -220,9 +228,15 @@ impl Bus {
 
     /// The core reads from a bank that is watched.
     pub fn check_flash_read(&mut self, offset: usize) {
-        if self.flash.check_read(offset) {
+        if self.flash.check_read(offset, &self.flash_memory) {
             self.nvic.pend(crate::peripherals::nvic::NMI);
         }
+        self.refresh(Unit::Flash);
+    }
+
+    /// Whether reads of a bank of flash must be looked at.
+    pub fn is_watched(&self, bank: usize) -> bool {
+        self.flash.watched(bank, &self.flash_memory)
     }
 
     /// The core slept for this long.
@@ -242,7 +256,7 @@ fn shape(index: usize) -> Shape {
 }
 
 /// SRAM comes up with whatever its cells fall into.
-fn fill(ram: &mut Block, mut noise: ChaCha8Rng) {
+fn fill(ram: &mut Block, noise: &mut ChaCha8Rng) {
     let mut content = vec![0; ram.size()];
     noise.fill_bytes(&mut content);
     assert!(ram.write(0, &content), "sizes agree");

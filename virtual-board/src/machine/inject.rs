@@ -1,0 +1,146 @@
+//! Carries out the faults of the timeline, between two basic blocks.
+
+use unicorn_engine::RegisterARM;
+
+use super::context::Sleep;
+use super::core::{Machine, Stop};
+use super::ecc::Flaw;
+use super::memory::FLASH_BASE;
+use crate::injection::Fault;
+use crate::injection::timeline::Timeline;
+use crate::peripherals::rcc::ResetCause;
+
+/// How often one looks whether an exception is active that a fault waits for, s, and for how long at most.
+const LOOK_S: f64 = 0.5e-6;
+const PATIENCE_S: f64 = 1.0;
+/// Thumb bit of xPSR, and the number of the exception in it.
+const THUMB: u32 = 1 << 24;
+const EXCEPTION: u32 = 0x1FF;
+const THREAD_MODE: usize = 0;
+const BRANCH_TO_SELF: [u8; 2] = [0xFE, 0xE7];
+
+impl Machine {
+    /// Injects these faults from now on.
+    pub fn inject(&mut self, timeline: Timeline) {
+        self.timeline = timeline;
+        self.set_trap();
+    }
+
+    /// Carries out the next fault that has a time.
+    pub(super) fn inject_timed(&mut self) -> Result<(), Stop> {
+        match self.timeline.take_timed() {
+            Some(fault) => self.carry_out(fault),
+            None => Ok(()),
+        }
+    }
+
+    /// Carries out the fault of the flash operation that is trapped.
+    pub(super) fn inject_at_operation(&mut self) -> Result<(), Stop> {
+        let fault = self.timeline.take_by_operation();
+        self.set_trap();
+        fault.map_or(Ok(()), |fault| self.carry_out(fault))
+    }
+
+    fn set_trap(&mut self) {
+        let trap = self.timeline.next_operation();
+        self.bus_mut().flash.set_trap(trap);
+    }
+
+    fn carry_out(&mut self, fault: Fault) -> Result<(), Stop> {
+        self.note(&format!("injected: {fault:?}"));
+        match fault {
+            Fault::PowerCut => {
+                self.bus_mut().cut_power().map_err(Stop::FlashFile)?;
+                return Err(Stop::PowerCut {
+                    at_s: self.bus().now_s(),
+                });
+            }
+            Fault::PinReset => self.reset(ResetCause::Pin),
+            Fault::BrownOut { ram_kept } => {
+                if !ram_kept {
+                    self.bus_mut().lose_ram();
+                }
+                self.reset(ResetCause::BrownOut);
+            }
+            Fault::Hang { exception: None } => {
+                self.context_mut().sleep = Some(Sleep::LockedUp);
+            }
+            Fault::Hang {
+                exception: Some(exception),
+            } => match self.branch_to_self() {
+                Some(address) => return self.divert(exception, address),
+                None => self.note("there is no endless loop in the firmware to hang in"),
+            },
+            Fault::Jump { address } => return self.divert(THREAD_MODE, address),
+            Fault::StackPointer { address } => {
+                if self.reach(THREAD_MODE)? {
+                    self.set_register(RegisterARM::MSP, address);
+                }
+            }
+            Fault::Crystal => {
+                if self.bus_mut().stop_crystal() {
+                    self.context_mut().sleep = Some(Sleep::LockedUp);
+                }
+            }
+            Fault::BitError { address, bits } => {
+                let offset = (address - FLASH_BASE) as usize;
+                let flaw = if bits == 1 { Flaw::OneBit } else { Flaw::Torn };
+                self.bus_mut()
+                    .flash_memory
+                    .damage(offset, flaw)
+                    .map_err(Stop::FlashFile)?;
+            }
+            Fault::DmaStall { of, duration_us } => self.bus_mut().stall_dma(of, duration_us),
+            Fault::TriggerStall { duration_us } => self.bus_mut().stall_triggers(duration_us),
+            Fault::Line {
+                towards,
+                effect,
+                characters,
+            } => self.bus_mut().lpuart.disturb(towards, effect, characters),
+        }
+        Ok(())
+    }
+
+    /// Goes on at `address` as soon as `exception` is active.
+    fn divert(&mut self, exception: usize, address: u32) -> Result<(), Stop> {
+        if self.reach(exception)? {
+            let state = self.register(RegisterARM::XPSR) & EXCEPTION | THUMB;
+            self.set_register(RegisterARM::XPSR, state);
+            self.context_mut().sleep = None;
+            self.jump_clearing_monitor(address);
+        }
+        Ok(())
+    }
+
+    /// Runs until `exception` is active; false if that does not happen in time.
+    fn reach(&mut self, exception: usize) -> Result<bool, Stop> {
+        let most_sent = self.context_mut().most_sent.take();
+        let end_s = self.bus().now_s() + PATIENCE_S;
+        let mut result = Ok(());
+        while self.active() != exception && self.bus().now_s() < end_s && result.is_ok() {
+            let until_s = self.bus().now_s() + LOOK_S;
+            result = self.run_on(until_s);
+        }
+        self.context_mut().most_sent = most_sent;
+        result?;
+        let reached = self.active() == exception;
+        if !reached {
+            self.note(&format!("exception {exception} was never active"));
+        }
+        Ok(reached)
+    }
+
+    fn active(&self) -> usize {
+        self.bus().nvic.vect_active() as usize
+    }
+
+    /// An instruction of the firmware that branches to itself.
+    fn branch_to_self(&self) -> Option<u32> {
+        let memory = self.bus().flash_memory.block();
+        let mut half = [0; 2];
+        let found = (0..memory.size())
+            .step_by(2)
+            .find(|offset| memory.read(*offset, &mut half) && half == BRANCH_TO_SELF);
+        found.map(|offset| FLASH_BASE + offset as u32)
+    }
+}
