@@ -1,6 +1,7 @@
 //! Reading and replacing the files that people touch, with errors that say where something is wrong.
 //!
-//! A file is never left half written: its text goes to a file beside it, which then takes its name.
+//! A file is never left half written: its text goes to a file beside it, which then takes its name. Both reach the disk
+//! before the next thing is done, so that this holds when the power goes, too.
 
 use std::fmt::Display;
 use std::fs;
@@ -28,6 +29,19 @@ pub enum FileError {
         file: String,
         /// The system's reason.
         reason: io::Error,
+    },
+    /// The system does not let a growing file be written on.
+    #[error(
+        "{file}: cannot be written on: {reason}; the {rows} scans before are in it and stay readable; make room there, \
+         or record into another place"
+    )]
+    BrokenOff {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: io::Error,
+        /// Whole rows in it.
+        rows: u64,
     },
     /// Not TOML or JSON, or a key is missing, unknown or of another type.
     #[error("{file}: {problem}")]
@@ -105,17 +119,43 @@ pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, FileE
 /// # Errors
 /// [`FileError::Write`].
 pub fn replace(path: &Path, text: &str) -> Result<(), FileError> {
+    write_part(path, text)?;
     let part = part_of(path);
-    let write = || {
-        let mut file = fs::File::create(&part)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&part, path)
-    };
-    write().map_err(|reason| FileError::Write {
+    fs::rename(&part, path).map_err(|reason| write_error(path, reason))?;
+    sync_folder_of(path);
+    Ok(())
+}
+
+/// Writes `text` to the file beside `path` that [`replace`] would give its name: what is known of a thing under way.
+///
+/// # Errors
+/// [`FileError::Write`].
+pub fn write_part(path: &Path, text: &str) -> Result<(), FileError> {
+    let part = part_of(path);
+    let mut file = fs::File::create(&part).map_err(|reason| write_error(path, reason))?;
+    let written = file.write_all(text.as_bytes());
+    written.and_then(|()| file.sync_all()).map_err(|reason| {
+        // Half a file is of no use, and on a full disk it takes room. The error at hand says what is wrong.
+        let _ = fs::remove_file(&part);
+        write_error(path, reason)
+    })
+}
+
+/// Puts the names in the folder of `path` on the disk. Where the system has no such thing, names reach the disk when it
+/// thinks fit, which is not worth failing for.
+pub fn sync_folder_of(path: &Path) {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let _ = fs::File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+fn write_error(path: &Path, reason: io::Error) -> FileError {
+    FileError::Write {
         file: path.display().to_string(),
         reason,
-    })
+    }
 }
 
 /// Name of the file that becomes `path` when it is complete.

@@ -14,6 +14,7 @@
 //! | [`board_pose`] | the board's own poses against double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
+//! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
 //! | [`cli`] | the commands |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
@@ -25,6 +26,7 @@ pub mod cli;
 pub mod coefficient_file;
 pub mod files;
 pub mod geometry_file;
+pub mod interrupt;
 pub mod link;
 pub mod motion;
 pub mod plan;

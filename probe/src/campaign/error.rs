@@ -39,4 +39,34 @@ pub enum CampaignError {
         /// The command that records it.
         command: &'static str,
     },
+    /// Nothing to go on with.
+    #[error(
+        "{folder} holds no campaign that was begun; begin it with `hexsense calibrate --geometry … --sensors … \
+         --out {folder}`"
+    )]
+    NotBegun {
+        /// The folder.
+        folder: String,
+    },
+    /// What was given is not what the campaign was begun with.
+    #[error(
+        "{given} contradicts the campaign in {folder}, which was begun with {held}; leave it out to go on with that \
+         campaign, or choose another folder"
+    )]
+    Contradiction {
+        /// The argument as given.
+        given: String,
+        /// The folder.
+        folder: String,
+        /// What the folder holds instead.
+        held: String,
+    },
+    /// The plan lacks what coefficients are fitted to.
+    #[error("{file}: {what}. Nothing has moved")]
+    Incomplete {
+        /// The plan.
+        file: String,
+        /// What is not determined, and what to do.
+        what: String,
+    },
 }

@@ -4,6 +4,7 @@
 //! plan.toml           the movements, see [`crate::plan`]
 //! geometry.toml       copy of the geometry file
 //! sensors.toml        copy of the sensor file
+//! campaign.json       how it was begun, see [`begun`]
 //! board.json          what was read from the board
 //! programs/NAME.csv   jack programs
 //! margins.svg         how much of stroke, speed and acceleration they use (by `hexsense plan`)
@@ -15,11 +16,13 @@
 //! report.html         all of it for people, see [`crate::report`]
 //! ```
 //!
-//! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A campaign that broke off
-//! goes on with the first run that is not recorded.
+//! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A run under way, or one that
+//! broke off, is `captures/NAME.csv.part`. A campaign that broke off goes on with the first run that is not recorded.
 //!
+//! - [`begun`]: a campaign begun, and gone on with.
 //! - [`records`]: what is noted of the board, of each run, and of the results.
 
+pub mod begun;
 mod error;
 pub mod records;
 
@@ -35,6 +38,7 @@ use crate::plan::programs::jack_program;
 use crate::plan::{Plan, Run};
 use crate::sensor_file::SensorFile;
 
+pub use begun::{Begun, Given};
 pub use error::CampaignError;
 pub use records::{BoardRecord, BoardSums, RunRecord};
 

@@ -214,7 +214,10 @@ impl Campaign {
                 file: path.display().to_string(),
                 reason,
             }),
-            _ => Ok(()),
+            _ => {
+                files::sync_folder_of(&path);
+                Ok(())
+            }
         }
     }
 
@@ -238,14 +241,14 @@ impl Campaign {
     }
 }
 
-fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
+pub(super) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
     serde_json::from_str(&files::read(path)?).map_err(|error| FileError::Syntax {
         file: path.display().to_string(),
         problem: error.to_string(),
     })
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
+pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
     let text = serde_json::to_string_pretty(value).map_err(|error| FileError::Write {
         file: path.display().to_string(),
         reason: error.into(),

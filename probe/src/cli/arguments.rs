@@ -1,10 +1,11 @@
 //! Arguments that several commands share.
 
-use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::io::{self, BufReader};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
+use crate::interrupt::Interrupt;
 use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 
@@ -44,46 +45,77 @@ pub struct Scanning {
     pub rate: u32,
 }
 
-/// What a campaign needs beside board and base.
+/// How long a board that went away is waited for.
 #[derive(Args)]
-pub struct Bench {
-    #[command(flatten)]
-    pub scanning: Scanning,
-    /// What the data sheets say of the sensors, the jack transducers and the converter (TOML)
-    #[arg(long, value_name = "FILE")]
-    pub sensors: PathBuf,
-    /// Folder of the campaign: plan, recordings, results. A campaign that broke off goes on in its folder
-    #[arg(long, value_name = "FOLDER")]
-    pub out: PathBuf,
+pub struct Waiting {
+    /// How long a board that was unplugged or fell silent is waited for, s; 0 does not wait
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(..=86_400))]
+    pub board_wait: u64,
+}
+
+impl Waiting {
+    /// As a length of time.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        Duration::from_secs(self.board_wait)
+    }
+
+    /// The arguments that say it again; none for the default.
+    #[must_use]
+    pub fn again(&self) -> String {
+        match self.board_wait {
+            60 => String::new(),
+            seconds => format!(" --board-wait {seconds}"),
+        }
+    }
+}
+
+/// Who drives the base.
+#[derive(Args)]
+pub struct Controller {
     /// Control address of the twin, which then starts each run by itself; without it a person at the motion controller
     /// is asked to
     #[arg(long, value_name = "HOST:PORT")]
     pub twin: Option<String>,
+}
+
+impl Controller {
+    /// Who drives the base, and hears the interrupt while a person is asked.
+    ///
+    /// # Errors
+    /// [`MotionError::Unreachable`].
+    pub fn motion(&self, interrupt: &Interrupt) -> Result<Box<dyn Motion>, MotionError> {
+        Ok(match &self.twin {
+            Some(address) => Box::new(Twin::connect(address)?),
+            None => Box::new(Operator::new(
+                BufReader::new(io::stdin()),
+                io::stderr(),
+                interrupt.clone(),
+            )),
+        })
+    }
+
+    /// The arguments that say it again.
+    #[must_use]
+    pub fn again(&self) -> String {
+        let twin = self.twin.as_ref();
+        twin.map_or(String::new(), |twin| format!(" --twin {twin}"))
+    }
+}
+
+/// When the campaign is.
+#[derive(Args)]
+pub struct Date {
     /// Date of the campaign: seconds since 1970-01-01 UTC, or such as 2026-01-31T12:00:00Z [default: now]
     #[arg(long, value_name = "DATE", value_parser = seconds)]
     pub date: Option<u64>,
 }
 
-impl Bench {
-    /// Who drives the base.
-    ///
-    /// # Errors
-    /// [`MotionError::Unreachable`].
-    pub fn motion(&self) -> Result<Box<dyn Motion>, MotionError> {
-        Ok(match &self.twin {
-            Some(address) => Box::new(Twin::connect(address)?),
-            None => Box::new(Operator::new(std::io::stdin().lock(), std::io::stderr())),
-        })
-    }
-
-    /// Date of the campaign, seconds since 1970-01-01 UTC.
-    #[must_use]
-    pub fn unix_s(&self) -> u64 {
-        self.date.unwrap_or_else(|| {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH);
-            now.map_or(0, |now| now.as_secs())
-        })
-    }
+/// The date now, seconds since 1970-01-01 UTC.
+#[must_use]
+pub fn now_unix_s() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.map_or(0, |now| now.as_secs())
 }
 
 fn seconds(text: &str) -> Result<u64, String> {

@@ -1,19 +1,23 @@
 //! `hexsense calibrate`: from the plan to the coefficients.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use hexsense::store::{CoefficientSet, MotionBase};
 
-use super::arguments::{Base, Bench, Port};
+use super::arguments::{Controller, Date, Port, Waiting, now_unix_s};
+use super::broken_off::typed;
+use super::runs::{self, Job};
 use super::{report, session};
 use crate::analysis;
 use crate::analysis::belief::Belief;
 use crate::analysis::results::Results;
-use crate::campaign::Campaign;
+use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
-use crate::plan::{Purpose, Run, campaign};
+use crate::interrupt::Interrupt;
+use crate::plan::{Purpose, Run};
 use crate::record::Settings;
-use crate::sensor_file::SensorFile;
 
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
@@ -27,14 +31,38 @@ use crate::sensor_file::SensorFile;
 /// frequency in lines_hz of the sensor file (default: mains of 50 Hz), with its multiples up to the fifth, off these
 /// places. Name there what else is known to disturb: servos, structure, fans. What is not named is not avoided; the
 /// coefficients do not depend on it, as they come from the recorded scans.
+///
+/// Once begun, a campaign is gone on with at its first run that is not complete: by the same command, or with --resume,
+/// which takes base, sensors, plan, rate and date from the folder. What is given again must be what the folder holds.
+/// Ctrl-C stops the run under way: the base is told to go home, the board goes on sampling, and the run is recorded again
+/// from its start by the command that hexsense then prints. A board that is unplugged is waited for; when the same board
+/// is back, the run is recorded again.
 #[derive(Args)]
 pub struct Calibrate {
     #[command(flatten)]
     port: Port,
+    /// Go on with the campaign in this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with = "out")]
+    resume: Option<PathBuf>,
+    /// The motion base: a geometry file (TOML) or one of il-96-300, tu-204, an-74tk-200, rexroth_emotion8000,
+    /// rexroth_emotion1500
+    #[arg(long, value_name = "NAME|FILE", required_unless_present = "resume")]
+    geometry: Option<String>,
+    /// What the data sheets say of the sensors, the jack transducers and the converter (TOML)
+    #[arg(long, value_name = "FILE", required_unless_present = "resume")]
+    sensors: Option<PathBuf>,
+    /// Folder of the campaign: plan, recordings, results. A campaign that broke off goes on in its folder
+    #[arg(long, value_name = "FOLDER", required_unless_present = "resume")]
+    out: Option<PathBuf>,
+    /// Scans in a second: 1000, 2000 or 4000 [default: 1000, or as the campaign was begun]
+    #[arg(long, value_name = "HZ")]
+    rate: Option<u32>,
     #[command(flatten)]
-    base: Base,
+    controller: Controller,
     #[command(flatten)]
-    bench: Bench,
+    date: Date,
+    #[command(flatten)]
+    waiting: Waiting,
 }
 
 impl Calibrate {
@@ -43,12 +71,8 @@ impl Calibrate {
     /// # Errors
     /// Files, link, motion controller and analysis.
     pub fn run(self) -> anyhow::Result<()> {
-        let campaign = Campaign::prepare(
-            &self.bench.out,
-            GeometryFile::load(&self.base.geometry)?,
-            SensorFile::load(&self.bench.sensors)?,
-            |geometry| Ok::<_, anyhow::Error>(campaign::plan(geometry)?),
-        )?;
+        let (campaign, begun) = self.campaign()?;
+        campaign.check_complete()?;
         let base = MotionBase::new(&campaign.geometry.geometry);
         let jacks = Belief::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
         // The board must be able to use them; that is seen before anything moves.
@@ -60,22 +84,12 @@ impl Calibrate {
                 coefficients.display()
             );
         }
-        let mut client = self.port.open()?;
-        let identity = session::ready(&mut client, self.bench.scanning.rate)?;
-        let mut motion = self.bench.motion()?;
-        campaign.check_board(&session::board_record(&client, &identity))?;
-        campaign.write()?;
-        campaign.note_board(&session::board_record(&client, &identity))?;
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
-        let settings = Settings {
-            rate_hz: self.bench.scanning.rate,
-            values: false,
-        };
-        session::record_all(&mut client, motion.as_mut(), &campaign, &runs, settings)?;
+        let board = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
         let (recorded, analysis) = session::analyse(&campaign)?;
         let set = CoefficientSet {
-            board: identity.board,
+            board,
             // A geometry file whose name is too long has been refused.
             geometry: campaign
                 .geometry
@@ -84,7 +98,7 @@ impl Calibrate {
                 .try_into()
                 .unwrap_or_default(),
             geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: self.bench.unix_s(),
+            unix_s: begun.date_unix_s.unwrap_or_else(now_unix_s),
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,
@@ -105,6 +119,59 @@ impl Calibrate {
             campaign.folder.display()
         );
         Ok(())
+    }
+
+    /// The campaign to begin or to go on with.
+    fn campaign(&self) -> anyhow::Result<(Campaign, Begun)> {
+        let given = Given {
+            geometry: self.geometry.clone(),
+            sensors: self.sensors.clone(),
+            rate_hz: self.rate,
+            date_unix_s: self.date.date,
+        };
+        match (&self.resume, &self.out) {
+            (Some(folder), _) => Ok(given.resume(folder)?),
+            (None, Some(folder)) => given.begin_or_resume(folder),
+            (None, None) => anyhow::bail!("give --out FOLDER, or --resume FOLDER"),
+        }
+    }
+
+    /// Records what is not recorded yet; unique id of the board.
+    fn record(
+        &self,
+        campaign: &Campaign,
+        begun: &Begun,
+        runs: &[&Run],
+    ) -> anyhow::Result<[u8; 12]> {
+        let interrupt = Interrupt::on_signals()?;
+        let mut client = self.port.open()?;
+        let identity = session::ready(&mut client, begun.rate_hz)?;
+        let board = session::board_record(&client, &identity);
+        let mut motion = self.controller.motion(&interrupt)?;
+        campaign.check_board(&board)?;
+        campaign.write()?;
+        campaign.note_board(&board)?;
+        campaign.note_begun(begun)?;
+        let job = Job {
+            campaign,
+            runs,
+            settings: Settings {
+                rate_hz: begun.rate_hz,
+                values: false,
+            },
+            board: identity.board,
+            wait: self.waiting.time(),
+            interrupt: &interrupt,
+            again: format!(
+                "hexsense calibrate --resume {} --port {}{}{}",
+                typed(&campaign.folder),
+                self.port.port,
+                self.controller.again(),
+                self.waiting.again(),
+            ),
+        };
+        runs::record_all(client, motion.as_mut(), &job)?;
+        Ok(identity.board)
     }
 }
 

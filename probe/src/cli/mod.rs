@@ -1,9 +1,10 @@
 //! The commands of `hexsense`, one file each.
 //!
 //! What a command finds goes to standard output, what it is doing to standard error. A command that fails prints one
-//! message, which says what to do, and ends with a status that is not zero.
+//! message, which says what to do, and ends with a status that is not zero: 130 when it was asked to stop.
 
 mod arguments;
+mod broken_off;
 mod calibrate;
 mod capture;
 mod info;
@@ -11,15 +12,19 @@ mod kinematics;
 mod losses;
 mod plan;
 mod report;
+mod runs;
 mod session;
 mod show;
 mod status;
 mod upload;
 mod verify;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use crate::interrupt;
 
 /// Calibrates the inertial sensors of a flight simulator where they stand: its motion base is driven along known
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
@@ -50,7 +55,9 @@ enum Command {
 /// Does what the command line asks.
 #[must_use]
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
+    let command = Cli::parse().command;
+    let result = interrupt::hear_of_file_size_limits().map_err(anyhow::Error::from);
+    let result = result.and_then(|()| match command {
         Command::Info(command) => command.run(),
         Command::Status(command) => command.run(),
         Command::Capture(command) => command.run(),
@@ -60,12 +67,17 @@ pub fn run() -> ExitCode {
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Kinematics(command) => command.run(),
-    };
+    });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("hexsense: {error}");
-            ExitCode::FAILURE
+            // The terminal may be what went away.
+            let _ = writeln!(io::stderr(), "hexsense: {error}");
+            if interrupt::is_behind(error.as_ref()) {
+                interrupt::STATUS.into()
+            } else {
+                ExitCode::FAILURE
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What recording commands share: the board made ready, and the runs recorded one after another.
+//! What recording commands share: the board made ready, and what is recorded checked and analysed.
 
 use hexsense::sampling::BlockSize;
 use hexsense::wire::{Identity, StreamContent, VERSION, telemetry};
@@ -8,10 +8,7 @@ use crate::analysis::results::{self, Analysis};
 use crate::campaign::{BoardRecord, Campaign};
 use crate::files;
 use crate::link::Client;
-use crate::motion::Motion;
-use crate::plan::{Purpose, Run};
-use crate::record::drives::Choice;
-use crate::record::{self, Settings};
+use crate::plan::Purpose;
 use crate::replay::{self, replay};
 
 /// Makes sure that the board is fit to record, and says who it is.
@@ -46,61 +43,6 @@ pub fn board_record(client: &Client, identity: &Identity) -> BoardRecord {
     }
 }
 
-/// Records those of `runs` that are not recorded yet.
-///
-/// # Errors
-/// Before anything moves, a run that the board or the link cannot do at this rate, and one that is recorded at another;
-/// then what the first run that fails reports, with what is safe and how to go on.
-pub fn record_all(
-    client: &mut Client,
-    motion: &mut dyn Motion,
-    campaign: &Campaign,
-    runs: &[&Run],
-    settings: Settings,
-) -> anyhow::Result<()> {
-    let choices = choices(campaign, runs, settings)?;
-    for (index, run) in runs.iter().enumerate() {
-        let place = format!("run {} of {}: {}", index + 1, runs.len(), run.name);
-        if campaign.is_recorded(&run.name) {
-            eprintln!("{place} is recorded already");
-            continue;
-        }
-        let choice = &choices[index];
-        eprintln!(
-            "{place}, {:.0} s, in blocks of {} scans",
-            run.duration_s(),
-            choice.block.scans()
-        );
-        let record = record::record(client, motion, campaign, (run, choice), settings)
-            .map_err(|error| broken_off(&error.to_string(), campaign, runs, index))?;
-        if record.scans_lost > 0 {
-            eprintln!(
-                "run {}: {} of {} scans were lost on the way",
-                run.name, record.scans_lost, record.scans
-            );
-        }
-    }
-    Ok(())
-}
-
-/// What the board will be asked for in each run.
-fn choices(campaign: &Campaign, runs: &[&Run], settings: Settings) -> anyhow::Result<Vec<Choice>> {
-    let rate_hz = settings.rate_hz;
-    for run in runs.iter().filter(|run| campaign.is_recorded(&run.name)) {
-        let recorded = campaign.record(&run.name)?.rate_hz;
-        anyhow::ensure!(
-            recorded == rate_hz,
-            "run {} is recorded at {recorded} Hz, and the runs of a campaign are analysed together: go on with \
-             --rate {recorded}, or choose another folder",
-            run.name
-        );
-    }
-    let choices = runs
-        .iter()
-        .map(|run| Choice::new(run, &campaign.sensors, rate_hz, settings.content()));
-    Ok(choices.collect::<Result<_, _>>()?)
-}
-
 /// Whether the board's sums of a run are, integer for integer, those that its capture gives; how many sums there are.
 ///
 /// # Errors
@@ -130,34 +72,4 @@ pub fn analyse(campaign: &Campaign) -> anyhow::Result<(Vec<analysis::Run>, Analy
     }
     eprintln!("{sums} harmonic sums of the board: each is the integer that the capture gives");
     Ok((runs, analysis))
-}
-
-/// What happened, what is safe, what to do.
-fn broken_off(error: &str, campaign: &Campaign, runs: &[&Run], failed: usize) -> anyhow::Error {
-    let folder = campaign.folder.display();
-    let complete = match failed.checked_sub(1) {
-        Some(last) => format!("{folder} is complete up to run {}", runs[last].name),
-        None => format!("{folder} holds no complete run yet"),
-    };
-    let command: Vec<String> = std::env::args()
-        .skip(1)
-        .map(|argument| quoted(&argument))
-        .collect();
-    anyhow::anyhow!(
-        "run {name} broke off: {error}\n\
-         safe:    nothing on the board has changed, its coefficients are still active; {complete}\n\
-         do next: bring the base home, then start again with\n         \
-         hexsense {command}\n         \
-         which goes on with run {name}",
-        name = runs[failed].name,
-        command = command.join(" "),
-    )
-}
-
-fn quoted(argument: &str) -> String {
-    if argument.contains(|c: char| c.is_whitespace() || c == '\'' || c == '"') {
-        format!("'{}'", argument.replace('\'', r"'\''"))
-    } else {
-        argument.to_owned()
-    }
 }

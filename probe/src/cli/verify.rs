@@ -1,10 +1,14 @@
 //! `hexsense verify`: the stored coefficients on a movement that they were not fitted to.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use hexsense::store::{CoefficientSet, SetId};
 use hexsense::wire::PoseReport;
 
-use super::arguments::{Base, Bench, Port};
+use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting, now_unix_s};
+use super::broken_off::same_again;
+use super::runs::{self, Job};
 use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, LIMIT};
@@ -12,6 +16,7 @@ use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
+use crate::interrupt::Interrupt;
 use crate::link::Client;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
@@ -33,7 +38,19 @@ pub struct Verify {
     #[command(flatten)]
     base: Base,
     #[command(flatten)]
-    bench: Bench,
+    scanning: Scanning,
+    /// What the data sheets say of the sensors, the jack transducers and the converter (TOML)
+    #[arg(long, value_name = "FILE")]
+    sensors: PathBuf,
+    /// Folder of the campaign that the coefficients came from
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    #[command(flatten)]
+    controller: Controller,
+    #[command(flatten)]
+    date: Date,
+    #[command(flatten)]
+    waiting: Waiting,
 }
 
 impl Verify {
@@ -43,13 +60,13 @@ impl Verify {
     /// Files, link, motion controller, analysis, and channels that do not pass.
     pub fn run(self) -> anyhow::Result<()> {
         let campaign = Campaign::prepare(
-            &self.bench.out,
+            &self.out,
             GeometryFile::load(&self.base.geometry)?,
-            SensorFile::load(&self.bench.sensors)?,
+            SensorFile::load(&self.sensors)?,
             |_| {
                 Err(anyhow::anyhow!(
                     "{} holds no campaign; verify needs the folder that the coefficients came from",
-                    self.bench.out.display()
+                    self.out.display()
                 ))
             },
         )?;
@@ -64,22 +81,42 @@ impl Verify {
                 )
             })?;
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
-        let mut client = self.port.open()?;
-        let identity = session::ready(&mut client, self.bench.scanning.rate)?;
-        campaign.check_board(&session::board_record(&client, &identity))?;
-        let id = check_active(&mut client, &ours, &campaign)?;
-        let mut motion = self.bench.motion()?;
-        campaign.write()?;
-        campaign.forget(&run.name)?;
-        let settings = Settings {
-            rate_hz: self.bench.scanning.rate,
-            values: true,
-        };
-        session::record_all(&mut client, motion.as_mut(), &campaign, &[run], settings)?;
+        let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
-        let since_set_s = self.bench.unix_s().saturating_sub(ours.unix_s) as f64;
+        let date = self.date.date.unwrap_or_else(now_unix_s);
+        let since_set_s = date.saturating_sub(ours.unix_s) as f64;
         let elapsed_s = since_set_s + campaign.recorded_s()?;
         judge(&campaign, run, &ours, poses, elapsed_s)
+    }
+
+    /// Records the movement; the board, and the identity of its set.
+    fn record(
+        &self,
+        campaign: &Campaign,
+        run: &Run,
+        ours: &CoefficientSet,
+    ) -> anyhow::Result<(Client, SetId)> {
+        let interrupt = Interrupt::on_signals()?;
+        let mut client = self.port.open()?;
+        let identity = session::ready(&mut client, self.scanning.rate)?;
+        campaign.check_board(&session::board_record(&client, &identity))?;
+        let id = check_active(&mut client, ours, campaign)?;
+        let mut motion = self.controller.motion(&interrupt)?;
+        campaign.write()?;
+        campaign.forget(&run.name)?;
+        let job = Job {
+            campaign,
+            runs: &[run],
+            settings: Settings {
+                rate_hz: self.scanning.rate,
+                values: true,
+            },
+            board: identity.board,
+            wait: self.waiting.time(),
+            interrupt: &interrupt,
+            again: same_again(),
+        };
+        Ok((runs::record_all(client, motion.as_mut(), &job)?, id))
     }
 }
 

@@ -11,7 +11,7 @@ use hexsense::wire::{
     Drive, HarmonicState, Identity, PoseReport, Request, Response, Status, StreamContent,
 };
 
-use super::conversation::{Conversation, answer_error};
+use super::conversation::{Contact, Conversation, answer_error};
 use super::{LinkError, Transport, transport};
 
 /// A board that has greeted and speaks our version.
@@ -62,6 +62,24 @@ impl Client {
     #[must_use]
     pub fn firmware(&self) -> [u8; 3] {
         self.firmware
+    }
+
+    /// The port as it was asked for.
+    #[must_use]
+    pub fn port(&self) -> &str {
+        self.conversation.port()
+    }
+
+    /// Whether the board's clock goes on while nobody waits for it.
+    #[must_use]
+    pub fn is_real_time(&self) -> bool {
+        self.conversation.is_real_time()
+    }
+
+    /// When and where the board was heard last.
+    #[must_use]
+    pub fn contact(&self) -> Contact {
+        self.conversation.contact()
     }
 
     /// Time by the clock of the transport.

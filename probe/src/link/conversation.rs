@@ -5,7 +5,7 @@
 //! may safely be carried out twice.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
@@ -36,6 +36,16 @@ pub struct Conversation {
     answers: VecDeque<(u16, Option<Response>)>,
     blocks: VecDeque<Block>,
     poses: VecDeque<PoseReport>,
+    contact: Contact,
+}
+
+/// When and where the board was heard last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Contact {
+    /// When bytes came last, by the host's clock.
+    pub at: Instant,
+    /// Counter of the scan that was due next.
+    pub next_scan: u64,
 }
 
 impl Conversation {
@@ -50,7 +60,26 @@ impl Conversation {
             answers: VecDeque::new(),
             blocks: VecDeque::new(),
             poses: VecDeque::new(),
+            contact: Contact {
+                at: Instant::now(),
+                next_scan: 0,
+            },
         }
+    }
+
+    /// The port as it was asked for.
+    pub fn port(&self) -> &str {
+        self.transport.port()
+    }
+
+    /// Whether the board's clock goes on while nobody waits for it.
+    pub fn is_real_time(&self) -> bool {
+        self.transport.is_real_time()
+    }
+
+    /// When and where the board was heard last.
+    pub fn contact(&self) -> Contact {
+        self.contact
     }
 
     /// Makes sure that a board of our version is at the other end, and returns what it says of itself.
@@ -222,6 +251,9 @@ impl Conversation {
         let timeout = deadline.saturating_sub(self.transport.now());
         self.received.clear();
         self.transport.read(&mut self.received, timeout)?;
+        if !self.received.is_empty() {
+            self.contact.at = Instant::now();
+        }
         for byte in &self.received {
             let frame = match self.deframer.push(*byte) {
                 None => continue,
@@ -237,7 +269,11 @@ impl Conversation {
                         .push_back((frame.sequence, decode_response(frame.payload)));
                 }
                 Some((Kind::Block, frame)) => {
-                    self.blocks.extend(telemetry::decode(frame.payload));
+                    let block = telemetry::decode(frame.payload);
+                    if let Some(Block { header, .. }) = &block {
+                        self.contact.next_scan = header.first_scan + u64::from(header.scans);
+                    }
+                    self.blocks.extend(block);
                 }
                 Some((Kind::Pose, frame)) => self.poses.extend(pose::decode(frame.payload)),
                 // What is damaged is asked for again, or is a gap in the scan counters.

@@ -94,4 +94,8 @@ impl Transport for Lockstep {
     fn port(&self) -> &str {
         &self.port
     }
+
+    fn is_real_time(&self) -> bool {
+        false
+    }
 }

@@ -4,6 +4,7 @@
 //! - [`lockstep`]: the last of these.
 //! - [`client`]: what the board can be asked.
 //! - `conversation`: how answers find their questions, and what happens when one is lost.
+//! - [`reconnect`]: a board that went away, and comes back.
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
@@ -12,10 +13,12 @@
 pub mod client;
 mod conversation;
 pub mod lockstep;
+pub mod reconnect;
 pub mod transport;
 pub mod upload;
 
 pub use client::Client;
+pub use conversation::Contact;
 pub use transport::{Transport, TransportError};
 pub use upload::UploadError;
 
@@ -33,6 +36,26 @@ pub enum LinkError {
     /// The line works, but what comes makes no sense or nothing comes.
     #[error(transparent)]
     Protocol(#[from] ProtocolError),
+}
+
+impl LinkError {
+    /// Whether the board went away or fell silent: it may come back.
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        match self {
+            Self::Transport(error) => matches!(
+                error,
+                TransportError::Closed { .. }
+                    | TransportError::Failed { .. }
+                    | TransportError::Stalled { .. }
+            ),
+            Self::Protocol(error) => matches!(
+                error,
+                ProtocolError::Silent { .. } | ProtocolError::NoSamples { .. }
+            ),
+            Self::Refused(_) => false,
+        }
+    }
 }
 
 /// The line works, but the conversation does not.

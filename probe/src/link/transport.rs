@@ -42,6 +42,11 @@ pub trait Transport {
 
     /// The port as it was asked for.
     fn port(&self) -> &str;
+
+    /// Whether this transport's clock goes on while nobody reads.
+    fn is_real_time(&self) -> bool {
+        true
+    }
 }
 
 /// What went wrong on the line.

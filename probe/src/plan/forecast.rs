@@ -17,6 +17,7 @@ use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
 use hexsense::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
 
 use super::ideal::{Ideal, RATE_HZ};
+use super::needs::{self, sine_of};
 use super::{Plan, Purpose, Run};
 use crate::analysis::AnalysisError;
 use crate::analysis::belief::Belief;
@@ -70,7 +71,7 @@ pub fn forecast(
     sensors: &SensorFile,
 ) -> Result<Forecast, ForecastError> {
     let runs: Vec<&Run> = plan.runs_to(Purpose::Calibrate).collect();
-    let missing = missing(&runs);
+    let missing = needs::missing(&runs);
     if !missing.is_empty() {
         return Ok(Forecast {
             gains: Vec::new(),
@@ -92,55 +93,6 @@ pub fn forecast(
         .filter_map(|gain| advice(gain, heaves))
         .collect();
     Ok(Forecast { gains, advice })
-}
-
-/// Runs without which there is no coefficient at all, each with what to do.
-fn missing(runs: &[&Run]) -> Vec<String> {
-    let mut missing = Vec::new();
-    if !runs.iter().any(|run| run.rest_s.is_some()) {
-        missing.push("no offset is determined: nothing rests at home; add a zero run".to_owned());
-    }
-    for (channel, freedom) in [
-        ("ax", DegreeOfFreedom::Pitch),
-        ("az", DegreeOfFreedom::Roll),
-    ] {
-        if !runs.iter().any(|run| ramps_of(run, freedom)) {
-            let name = freedom.name();
-            missing.push(format!(
-                "{channel} is not determined: nothing is held in {name}; add ramps and holds in {name}"
-            ));
-        }
-    }
-    for (axis, freedom) in [
-        ("x", DegreeOfFreedom::Roll),
-        ("y", DegreeOfFreedom::Yaw),
-        ("z", DegreeOfFreedom::Pitch),
-    ] {
-        if !runs.iter().any(|run| sine_of(run, freedom)) {
-            missing.push(format!(
-                "e{axis} and w{axis} are not determined: nothing turns about {}; add a {} sine",
-                axis.to_uppercase(),
-                freedom.name()
-            ));
-        }
-    }
-    missing
-}
-
-/// Whether a run moves this degree of freedom alone by a sine.
-fn sine_of(run: &Run, freedom: DegreeOfFreedom) -> bool {
-    run.single_sine()
-        .is_some_and(|(moved, sine)| moved == freedom && sine.amplitude > 0.0)
-}
-
-/// Whether a run moves this degree of freedom alone by ramps and holds.
-fn ramps_of(run: &Run, freedom: DegreeOfFreedom) -> bool {
-    match run.program().signals.as_slice() {
-        [(moved, Signal::Ramps(ramps))] => {
-            *moved == freedom && ramps.levels.iter().any(|level| *level != 0.0)
-        }
-        _ => false,
-    }
 }
 
 /// Reduces an ideal recording of all runs, in order; on holds the base tilts `tilt_error_rad` further than its jacks.

@@ -18,6 +18,7 @@
 //! - [`campaign`]: the movements of the method, as large as a base allows.
 //! - [`entries`], [`multisine`]: how one degree of freedom is written, and several at once.
 //! - `fitted`: which runs coefficients can be fitted to.
+//! - [`needs`]: which runs a plan must have.
 //! - [`forecast`]: what a plan determines and how well, by way of [`ideal`] recordings of it.
 //! - [`uses`]: how much of stroke, speed and acceleration a movement uses.
 //! - [`conditioning`]: how well the jacks hold the platform along it.
@@ -36,6 +37,7 @@ pub mod ideal;
 pub mod limits;
 pub mod margins;
 pub mod multisine;
+pub mod needs;
 pub mod programs;
 pub mod uses;
 

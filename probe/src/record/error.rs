@@ -4,6 +4,7 @@ use hexsense::wire::HarmonicState;
 
 use super::{ONSET_LIMIT_S, REST_LIMIT_S};
 use crate::files::FileError;
+use crate::interrupt::Interrupted;
 use crate::link::LinkError;
 use crate::motion::MotionError;
 
@@ -65,6 +66,12 @@ pub enum RecordError {
         /// Counter that was due.
         expected: u64,
     },
+    /// The board uses other coefficients than at the start.
+    #[error("the board's active set changed at scan {scan}; record again")]
+    OtherSet {
+        /// Counter of the first scan with the other set.
+        scan: u64,
+    },
     /// The board's sums are not there.
     #[error(
         "the board's harmonic sums of run {run} at {frequency_hz} Hz are {state:?} at its end, not complete; repeat \
@@ -78,4 +85,19 @@ pub enum RecordError {
         /// How far they are.
         state: HarmonicState,
     },
+    /// Somebody asked to stop.
+    #[error("{0}")]
+    Interrupted(#[from] Interrupted),
+}
+
+impl RecordError {
+    /// Whether the board went away, fell silent or started anew: with the same board the run can be recorded again.
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        match self {
+            Self::Link(error) => error.is_loss(),
+            Self::Restarted { .. } => true,
+            _ => false,
+        }
+    }
 }

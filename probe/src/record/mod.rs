@@ -10,8 +10,9 @@
 //! - [`rest`]: whether the base is at home and at rest.
 //! - [`onset`]: when it begins to move.
 //!
-//! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, samples that do not come for 2 s and sums that are
-//! not complete at the end are errors that say what to check.
+//! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, samples that do not
+//! come for 2 s and sums that are not complete at the end are errors that say what to check. A request to stop is heard
+//! between two blocks.
 
 pub mod drives;
 mod error;
@@ -30,6 +31,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::campaign::{BoardSums, Campaign, RunRecord};
 use crate::files::FileError;
+use crate::interrupt::Interrupt;
 use crate::link::{Client, LinkError};
 use crate::motion::Motion;
 use crate::plan::Run;
@@ -84,6 +86,7 @@ pub fn record(
     campaign: &Campaign,
     (run, choice): (&Run, &Choice),
     settings: Settings,
+    interrupt: &Interrupt,
 ) -> Result<RunRecord, RecordError> {
     let bar = bar(run);
     let result = Recording {
@@ -93,6 +96,7 @@ pub fn record(
         run,
         choice,
         settings,
+        interrupt,
         bar: &bar,
     }
     .record();
@@ -112,6 +116,7 @@ struct Recording<'a> {
     run: &'a Run,
     choice: &'a Choice,
     settings: Settings,
+    interrupt: &'a Interrupt,
     bar: &'a ProgressBar,
 }
 
@@ -273,6 +278,7 @@ impl Recording<'_> {
     }
 
     fn take(&mut self, tape: &mut Tape) -> Result<Block, RecordError> {
+        self.interrupt.check()?;
         let block = self.client.block(BLOCK_WAIT)?;
         tape.push(&block)?;
         Ok(block)

@@ -1,5 +1,6 @@
 //! The capture of a run as it grows, and the count of what is missing from it.
 
+use std::ops::Range;
 use std::path::Path;
 
 use hexsense::wire::telemetry::Block;
@@ -15,7 +16,7 @@ pub struct Tape {
     taped: Taped,
 }
 
-/// What is in a complete capture, and what is missing from it.
+/// What is in a capture, and what is missing from it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Taped {
     /// Scans in the capture.
@@ -60,18 +61,40 @@ impl Tape {
                 expected: self.next_scan,
             });
         }
-        if self.taped.scans > 0 && scan > self.next_scan {
-            let missing = Missing {
-                first_scan: self.next_scan,
-                scans: scan - self.next_scan,
-            };
-            self.taped.lost += missing.scans;
-            self.taped.gaps.push(missing);
-        }
         let scans = u64::from(block.header.scans);
+        if self.taped.scans > 0 {
+            self.miss(self.next_scan..scan);
+        }
         self.next_scan = scan + scans;
+        if !self.writer.takes(block) {
+            // Its rows are not in the capture, whatever the reason.
+            if self.taped.scans > 0 {
+                self.miss(scan..self.next_scan);
+            }
+            return Ok(());
+        }
+        self.writer.push(block)?;
         self.taped.scans += scans;
-        Ok(self.writer.push(block)?)
+        Ok(())
+    }
+
+    /// Notes that these scans are not in the capture.
+    fn miss(&mut self, missing: Range<u64>) {
+        let scans = missing.end - missing.start;
+        self.taped.lost += scans;
+        match self.taped.gaps.last_mut() {
+            Some(gap) if gap.first_scan + gap.scans == missing.start => gap.scans += scans,
+            _ if scans > 0 => self.taped.gaps.push(Missing {
+                first_scan: missing.start,
+                scans,
+            }),
+            _ => {}
+        }
+    }
+
+    /// What is in the capture so far.
+    pub fn taped(&self) -> &Taped {
+        &self.taped
     }
 
     /// Counter of the scan that is due next.
@@ -82,7 +105,7 @@ impl Tape {
     /// Completes the capture; what is in it.
     ///
     /// # Errors
-    /// [`FileError::Write`].
+    /// [`FileError::BrokenOff`].
     pub fn finish(self) -> Result<Taped, FileError> {
         self.writer.finish()?;
         Ok(self.taped)

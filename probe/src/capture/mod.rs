@@ -1,0 +1,100 @@
+//! A capture: what the board sent during one run, as a CSV file that any tool opens.
+//!
+//! ```text
+//! scan,ax,ay,az,ex,ey,ez,wx,wy,wz,jack1,…,jack6,supply,temperature_c[,ax_m_s2,…,wz_rad_s]
+//! ```
+//!
+//! | column | meaning |
+//! |---|---|
+//! | `scan` | counter of the scan since the board's start; scans that were lost are missing rows |
+//! | `ax` … `jack6` | raw counts, 65536 at the supply voltage |
+//! | `supply` | supply factor c of the scan's block; counts · c mean the same at every supply |
+//! | `temperature_c` | temperature of the die |
+//! | `ax_m_s2` … `wz_rad_s` | the board's own calibrated values, where they were streamed |
+//!
+//! Numbers are written with the digits that bring back the very same number, so equal input gives equal bytes.
+//!
+//! A capture that is under way, or that broke off, is the file `NAME.csv.part` of the same format. It becomes `NAME.csv`
+//! when it is complete and not before, so the name tells one from the other. Every block is handed to the system as it
+//! comes, and the system is made to put it on the disk twice a second: whatever happens to hexsense, and if the power
+//! goes, everything up to the last second is there. What can be torn then is the last row; [`Capture::salvage`] passes
+//! over it and says so.
+//!
+//! - `reader`: from the file to a [`Capture`].
+//! - `writer`: [`CaptureWriter`], from blocks to the file.
+
+mod reader;
+mod writer;
+
+use std::ops::Range;
+
+use hexsense::channel::{NAMES, Scan, Triad};
+use hexsense::sampling::Values;
+
+pub use reader::Torn;
+pub use writer::CaptureWriter;
+
+/// A capture in memory: one entry of each list for each scan that arrived.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Capture {
+    /// Counters of the scans, rising.
+    pub scans: Vec<u64>,
+    /// Raw counts.
+    pub counts: Vec<Scan>,
+    /// Supply factors.
+    pub supply: Vec<f32>,
+    /// Temperatures of the die, °C.
+    pub temperature_c: Vec<f32>,
+    /// Values calibrated by the board, when they were streamed.
+    pub values: Option<Vec<Values>>,
+}
+
+/// A stretch of scans that did not arrive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// Index in the capture of the first scan after the gap.
+    pub before: usize,
+    /// Scans that are missing.
+    pub missing: u64,
+}
+
+impl Capture {
+    /// Stretches that did not arrive.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Gap> {
+        let steps = self.scans.windows(2).enumerate();
+        steps
+            .filter(|(_, pair)| pair[1] - pair[0] > 1)
+            .map(|(index, pair)| Gap {
+                before: index + 1,
+                missing: pair[1] - pair[0] - 1,
+            })
+            .collect()
+    }
+
+    /// Indices of `scans` scans from counter `first_scan` on; `None` when one of them is missing, or none is asked for.
+    #[must_use]
+    pub fn window(&self, first_scan: u64, scans: usize) -> Option<Range<usize>> {
+        let first = self.scans.binary_search(&first_scan).ok()?;
+        let last = first + scans.checked_sub(1)?;
+        (*self.scans.get(last)? == first_scan + scans as u64 - 1).then_some(first..last + 1)
+    }
+}
+
+/// The first line of a capture file, without its end.
+fn header(values: bool) -> String {
+    let mut header = format!("scan,{},supply,temperature_c", NAMES.join(","));
+    if values {
+        for triad in Triad::ALL {
+            let unit = match triad {
+                Triad::LinearAcceleration => "m_s2",
+                Triad::AngularAcceleration => "rad_s2",
+                Triad::AngularRate => "rad_s",
+            };
+            for name in &NAMES[triad.first_channel()..][..3] {
+                header = header + "," + name + "_" + unit;
+            }
+        }
+    }
+    header
+}

@@ -1,0 +1,311 @@
+//! From blocks to the file, row by row.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use hexsense::wire::telemetry::Block;
+
+use super::header;
+use crate::files::{self, FileError};
+
+/// How often the system is made to put a capture on the disk: twice in the second that may be lost at most.
+const SYNC_EVERY: Duration = Duration::from_millis(500);
+
+/// Writes a capture block by block. The file takes its name when the run is complete; until then it ends in `.part`.
+#[derive(Debug)]
+pub struct CaptureWriter {
+    path: PathBuf,
+    file: File,
+    values: bool,
+    text: String,
+    rows: u64,
+    /// Bytes of whole rows in the file.
+    length: u64,
+    syncer: Syncer,
+}
+
+impl CaptureWriter {
+    /// Starts the capture file `path`, with or without calibrated values; what an earlier one left as `.part` is gone.
+    ///
+    /// # Errors
+    /// [`FileError::Write`] and [`FileError::BrokenOff`].
+    pub fn create(path: &Path, values: bool) -> Result<Self, FileError> {
+        let part = files::part_of(path);
+        let write_error = |reason| FileError::Write {
+            file: part.display().to_string(),
+            reason,
+        };
+        let file = File::create(&part).map_err(write_error)?;
+        files::sync_folder_of(&part);
+        let mut writer = Self {
+            path: path.to_owned(),
+            syncer: Syncer::start(&file).map_err(write_error)?,
+            file,
+            values,
+            text: header(values) + "\n",
+            rows: 0,
+            length: 0,
+        };
+        writer.append(0)?;
+        Ok(writer)
+    }
+
+    /// Whether a block has what the file has columns for.
+    #[must_use]
+    pub fn takes(&self, block: &Block) -> bool {
+        block.counts.is_some() && (block.values.is_some() || !self.values)
+    }
+
+    /// Appends the scans of a block; one that [`CaptureWriter::takes`] denies adds nothing.
+    ///
+    /// # Errors
+    /// [`FileError::BrokenOff`].
+    pub fn push(&mut self, block: &Block) -> Result<(), FileError> {
+        if !self.takes(block) {
+            return Ok(());
+        }
+        let common = format!(",{},{}", block.header.supply, block.header.temperature_c);
+        let values = block.values.as_ref().filter(|_| self.values);
+        let counts = block.counts.as_deref().unwrap_or_default();
+        for (index, counts) in counts.iter().enumerate() {
+            // Writing to a string cannot fail.
+            let _ = write!(self.text, "{}", block.header.first_scan + index as u64);
+            for count in counts {
+                let _ = write!(self.text, ",{count}");
+            }
+            self.text.push_str(&common);
+            for value in values.map_or(&[][..], |values| &values[index]) {
+                let _ = write!(self.text, ",{value}");
+            }
+            self.text.push('\n');
+        }
+        self.append(counts.len() as u64)
+    }
+
+    /// Hands the rows in `text` to the system.
+    fn append(&mut self, rows: u64) -> Result<(), FileError> {
+        let synced = self.syncer.failure();
+        let written = synced.and_then(|()| self.file.write_all(self.text.as_bytes()));
+        written.map_err(|reason| self.broken_off(reason))?;
+        self.length += self.text.len() as u64;
+        self.rows += rows;
+        self.text.clear();
+        Ok(())
+    }
+
+    fn broken_off(&mut self, reason: io::Error) -> FileError {
+        // Half a row is of no use; where it cannot be taken away, the reader passes over it.
+        let _ = self.file.set_len(self.length);
+        FileError::BrokenOff {
+            file: files::part_of(&self.path).display().to_string(),
+            reason,
+            rows: self.rows,
+        }
+    }
+
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`FileError::BrokenOff`].
+    pub fn finish(mut self) -> Result<(), FileError> {
+        let synced = self.syncer.end().and_then(|()| self.file.sync_all());
+        synced
+            .and_then(|()| fs::rename(files::part_of(&self.path), &self.path))
+            .map_err(|reason| self.broken_off(reason))?;
+        files::sync_folder_of(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for CaptureWriter {
+    /// What broke off is put on the disk too; where that fails, an error is under way already.
+    fn drop(&mut self) {
+        let _ = self.file.sync_data();
+    }
+}
+
+/// Puts a file on the disk again and again, beside the recording: a slow disk must not hold up the stream.
+#[derive(Debug)]
+struct Syncer {
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<io::Result<()>>>,
+}
+
+impl Syncer {
+    fn start(file: &File) -> io::Result<Self> {
+        let file = file.try_clone()?;
+        let (stop, stopped) = mpsc::channel();
+        let thread = thread::Builder::new().spawn(move || {
+            while stopped.recv_timeout(SYNC_EVERY) == Err(RecvTimeoutError::Timeout) {
+                file.sync_data()?;
+            }
+            Ok(())
+        })?;
+        Ok(Self {
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// The failure that ended it early.
+    fn failure(&mut self) -> io::Result<()> {
+        match &self.thread {
+            Some(thread) if thread.is_finished() => self.end(),
+            _ => Ok(()),
+        }
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        self.stop = None;
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(result)) => result,
+            Some(Err(_)) => Err(io::Error::other("the thread that syncs it has ended")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Capture, Gap};
+    use super::*;
+    use hexsense::channel::INERTIAL;
+    use hexsense::sampling::BLOCK;
+    use hexsense::wire::StreamContent;
+    use hexsense::wire::telemetry::Header;
+
+    fn block(first_scan: u64) -> Block {
+        let header = Header {
+            first_scan,
+            scans: BLOCK as u8,
+            rate_hz: 1000,
+            supply: 1.000_123_4,
+            temperature_c: 31.62,
+            set: None,
+            dropped: 0,
+            content: StreamContent {
+                counts: true,
+                values: true,
+                pose: false,
+            },
+        };
+        let counts = (0..BLOCK)
+            .map(|row| std::array::from_fn(|column| (1000 * column + row) as u16))
+            .collect();
+        let values = (0..BLOCK)
+            .map(|row| [row as f32 / 3.0 - 1e-12; INERTIAL])
+            .collect();
+        Block {
+            header,
+            counts: Some(counts),
+            values: Some(values),
+        }
+    }
+
+    fn written(blocks: &[Block]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let mut writer = CaptureWriter::create(&path, true).unwrap();
+        blocks.iter().for_each(|block| writer.push(block).unwrap());
+        assert!(
+            !path.exists(),
+            "a run that is not complete has no file of its name"
+        );
+        writer.finish().unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn what_is_written_reads_back_bit_for_bit_with_its_gap() {
+        let blocks = [block(160), block(192)];
+        let (_folder, path) = written(&blocks);
+        let capture = Capture::load(&path).unwrap();
+        assert_eq!(capture.scans.len(), 2 * BLOCK);
+        assert_eq!(
+            capture.gaps(),
+            [Gap {
+                before: BLOCK,
+                missing: 16
+            }]
+        );
+        for (index, block) in blocks.iter().enumerate() {
+            let rows = index * BLOCK..(index + 1) * BLOCK;
+            assert_eq!(
+                &capture.counts[rows.clone()],
+                block.counts.as_deref().unwrap()
+            );
+            assert_eq!(
+                &capture.values.as_ref().unwrap()[rows.clone()],
+                block.values.as_deref().unwrap()
+            );
+            assert!(
+                capture.supply[rows]
+                    .iter()
+                    .all(|c| *c == block.header.supply)
+            );
+        }
+    }
+
+    #[test]
+    fn a_capture_under_way_is_readable_and_its_torn_last_row_is_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let part = files::part_of(&path);
+        let mut writer = CaptureWriter::create(&path, true).unwrap();
+        let (empty, torn) = Capture::salvage(&part).unwrap();
+        assert!(empty.scans.is_empty() && torn.is_none());
+        writer.push(&block(160)).unwrap();
+        let (capture, torn) = Capture::salvage(&part).unwrap();
+        assert_eq!(capture.scans, (160..176).collect::<Vec<_>>());
+        assert_eq!(torn, None);
+        let text = files::read(&part).unwrap();
+        fs::write(&part, &text[..text.len() - 3]).unwrap();
+        let (capture, torn) = Capture::salvage(&part).unwrap();
+        assert_eq!(capture.scans.len(), BLOCK - 1);
+        let torn = torn.unwrap();
+        let last = text.lines().last().unwrap();
+        assert_eq!((torn.line, torn.bytes), (BLOCK + 1, last.len() - 2));
+        let middle = text.replace("\n162,", "\n162,x");
+        fs::write(&part, middle).unwrap();
+        assert!(Capture::salvage(&part).is_err(), "damage is not an end");
+    }
+
+    #[test]
+    fn a_row_that_cannot_be_written_whole_is_taken_away_and_the_rows_before_are_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let part = files::part_of(&path);
+        let mut writer = CaptureWriter::create(&path, true).unwrap();
+        writer.push(&block(160)).unwrap();
+        let whole = files::read(&part).unwrap();
+        // Half of a row has gone through, and then the disk is full.
+        fs::write(&part, whole.clone() + "176,1000,").unwrap();
+        let full = io::Error::from(io::ErrorKind::StorageFull);
+        let error = writer.broken_off(full).to_string();
+        assert!(
+            error.contains("run.csv.part: cannot be written on"),
+            "{error}"
+        );
+        assert!(error.contains("16 scans before are in it"), "{error}");
+        assert_eq!(files::read(&part).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_damaged_row_is_refused_with_its_line() {
+        let (_folder, path) = written(&[block(160)]);
+        let text = files::read(&path).unwrap();
+        let problem = |text: &str| Capture::parse("run.csv", text).unwrap_err().to_string();
+        assert!(
+            problem(&text.replace("\n162,", "\n162,x")).starts_with("run.csv, line 4: column 2")
+        );
+        assert!(problem(&text.replace("\n162,", "\n161,")).contains("does not follow scan 161"));
+        assert!(problem(&text.replace(",31.62,", ",NaN,")).contains("column 18: NaN"));
+        assert!(problem(&text[..text.len() - 3]).contains("line 17: the file is cut off"));
+        assert!(problem("time,ax\n").starts_with("run.csv, line 1: the header must be"));
+    }
+}
