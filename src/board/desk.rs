@@ -114,8 +114,8 @@ impl Desk {
         encode(answer, sequence, out)
     }
 
-    /// Takes the next piece of a block, and hands over its jacks when the host wants poses; returns the length of the
-    /// frame to send when it wants blocks.
+    /// Takes the next piece of the queue, and hands over the jacks of its last block when the host wants poses; returns
+    /// the length of the frame to send when it wants blocks.
     pub fn pass_on(&mut self, out: &mut [u8]) -> Option<usize> {
         let content = self.stream;
         let mut jacks = None;
@@ -195,7 +195,7 @@ impl Desk {
         let Progress { rate_hz, block, .. } = path::with(|path| path.progress);
         check_capacity(content, rate_hz, block)?;
         self.stream = content;
-        path::with(|path| path.wanted = content.has_blocks() || content.pose);
+        path::with(|path| path.set_stream(content));
         Ok(Some(Response::Done))
     }
 
@@ -326,12 +326,13 @@ fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header 
     }
 }
 
-/// The jacks of a block, from its piece or from its last; `begun` keeps those of the pieces before.
+/// The jacks of the last block that ends with a piece; `begun` keeps those of a large block's first half.
 fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
+    let before = piece.scans.saturating_sub(piece.block.scans());
     let mut sums = [0; JACKS];
-    add_up(piece.samples.jacks, &mut sums);
+    add_up(piece.samples.jacks.get(before..)?, &mut sums);
     let mut jacks = JackBlock {
-        first_scan: piece.first_scan,
+        first_scan: piece.first_scan + before as u64,
         supply: piece.context.supply,
         block: piece.block,
         sums,
@@ -344,7 +345,7 @@ fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
         }
         return Some(jacks);
     }
-    if piece.scans == piece.block.scans() {
+    if piece.scans >= piece.block.scans() {
         return Some(jacks);
     }
     *begun = Some(jacks);

@@ -35,6 +35,7 @@ use hexsense::channel::{INERTIAL, JACKS, unrolled};
 use hexsense::harmonics::{ANALYSERS, Analyser, Step};
 use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
 use hexsense::wire::status::{PathCycles, Tally};
+use hexsense::wire::{StreamContent, telemetry};
 
 use super::acquisition::{Fault, Filled};
 use super::exchange::Guard;
@@ -73,8 +74,9 @@ pub struct Path {
     pub analysers: [Analyser; ANALYSERS],
     /// Blocks for the link.
     pub queue: Queue,
+    stream: StreamContent,
     /// Whether the link wants blocks.
-    pub wanted: bool,
+    wanted: bool,
     /// Blocks that the link had no room for, with their time.
     pub dropped: Tally,
     /// Uptime at the first block with a set, ms.
@@ -98,6 +100,11 @@ impl Path {
             },
             analysers: [const { Analyser::new() }; ANALYSERS],
             queue: Queue::new(),
+            stream: StreamContent {
+                counts: false,
+                values: false,
+                pose: false,
+            },
             wanted: false,
             dropped: Tally::NONE,
             first_with_set_ms: None,
@@ -124,6 +131,7 @@ impl Path {
         self.progress.lost += lost;
         (self.progress.rate_hz, self.progress.block) = (rate_hz, block);
         self.queue.restart(block);
+        self.gather();
         self.analysers
             .iter_mut()
             .for_each(|analyser| *analyser = Analyser::new());
@@ -133,6 +141,22 @@ impl Path {
             last: 0,
         };
         self.running = true;
+    }
+
+    /// What the link streams from the next block on; without blocks and poses what waits is forgotten.
+    pub fn set_stream(&mut self, content: StreamContent) {
+        self.stream = content;
+        self.wanted = content.has_blocks() || content.pose;
+        if !self.wanted {
+            self.queue.forget();
+        }
+        self.gather();
+    }
+
+    fn gather(&mut self) {
+        let Progress { rate_hz, block, .. } = self.progress;
+        let scans = telemetry::scans_of_frame(self.stream, rate_hz, block);
+        self.queue.gather(scans);
     }
 
     /// Ends the run: blocks that still come are passed over.
@@ -282,22 +306,22 @@ pub fn with<R>(work: impl FnOnce(&mut Path) -> R) -> R {
     PATH.lock(|path| work(&mut path.borrow_mut()))
 }
 
-/// Wakes the link when a block waits for it, and notes times. Runs in the interrupt of the sampling task's executor.
+/// Wakes the link when a piece is due, and notes times. Runs in the interrupt of the sampling task's executor.
 pub fn announce() {
-    let waits = with(|path| {
+    let due = with(|path| {
         path.note_times();
-        path.queue.front().is_some()
+        path.queue.is_due()
     });
-    if waits {
+    if due {
         LINK.wake();
     }
 }
 
-/// Waits until a block is to be sent.
+/// Waits until a piece is due.
 pub async fn block_waits() {
     poll_fn(|context| {
         LINK.register(context.waker());
-        if with(|path| path.queue.front().is_some()) {
+        if with(|path| path.queue.is_due()) {
             Poll::Ready(())
         } else {
             Poll::Pending

@@ -6,8 +6,9 @@
 //! ```
 //!
 //! Room is counted in scans, so that many small blocks fit or few large ones. Every size divides the ring: a block lies
-//! in one piece. A block larger than a frame is read in two *pieces*. What the scans of a piece have in common and what
-//! seldom changes, supply, temperature and set, is a [`Context`], of which the latest few are kept.
+//! in one part. What goes into one frame is a *piece*: a block, the half of a large one, or as many small ones as the
+//! link gathers. The scans of a piece follow on one another, in the ring too, and have in common what seldom changes,
+//! supply, temperature and set, a [`Context`], of which the latest few are kept; where they do not, a piece ends early.
 
 use hexsense::channel::{INERTIAL, JACKS};
 use hexsense::sampling::{BlockSize, Values};
@@ -63,7 +64,7 @@ pub struct Piece<'a> {
     pub scans: usize,
     /// Whether a block begins with it.
     pub begins: bool,
-    /// The size of that block.
+    /// The size of its blocks.
     pub block: BlockSize,
     /// What they have in common.
     pub context: Context,
@@ -90,6 +91,8 @@ pub struct Queue {
     contexts: [Context; CONTEXTS],
     context: usize,
     block: BlockSize,
+    /// Scans that must wait before a piece is due, 0 for as many as a block has.
+    gathered: usize,
     /// Where the next block is written, a multiple of the block.
     head: usize,
     /// Scans before the head that wait to be sent.
@@ -116,6 +119,7 @@ impl Queue {
             contexts: [nothing; CONTEXTS],
             context: 0,
             block: BlockSize::One,
+            gathered: 0,
             head: 0,
             waiting: 0,
             latest: 0,
@@ -125,6 +129,16 @@ impl Queue {
     /// Forgets what waits and goes on with blocks of another size.
     pub fn restart(&mut self, block: BlockSize) {
         (self.block, self.head, self.waiting, self.latest) = (block, 0, 0, 0);
+    }
+
+    /// From now on a piece is due when `scans` wait, at most [`MOST_SCANS`].
+    pub fn gather(&mut self, scans: usize) {
+        self.gathered = scans.min(MOST_SCANS);
+    }
+
+    /// Forgets what waits.
+    pub fn forget(&mut self) {
+        self.waiting = 0;
     }
 
     /// What the next blocks have in common; `false` when a piece that waits still has the place.
@@ -165,9 +179,14 @@ impl Queue {
         kept
     }
 
-    /// The next piece to send.
+    /// Whether a piece is due.
+    pub fn is_due(&self) -> bool {
+        self.waiting >= self.unit().max(self.gathered)
+    }
+
+    /// The next piece to send, if one is due.
     pub fn front(&self) -> Option<Piece<'_>> {
-        if self.waiting == 0 {
+        if !self.is_due() {
             return None;
         }
         let (first, scans) = (self.tail(), self.piece());
@@ -189,7 +208,9 @@ impl Queue {
 
     /// Gives up the piece that [`Self::front`] showed.
     pub fn pop(&mut self) {
-        self.waiting -= self.piece().min(self.waiting);
+        if self.is_due() {
+            self.waiting -= self.piece();
+        }
     }
 
     /// Values of the latest block, whether it was kept or not, and the set that made them.
@@ -200,8 +221,23 @@ impl Queue {
             .map(|_| &self.values[self.latest..self.latest + self.block.scans()])
     }
 
-    fn piece(&self) -> usize {
+    /// Scans with one stamp: those of a block, or of a large block's half.
+    fn unit(&self) -> usize {
         self.block.scans().min(MOST_SCANS)
+    }
+
+    /// Scans of the next piece: as many as are gathered, or those up to where the next does not follow on them.
+    fn piece(&self) -> usize {
+        let (tail, unit) = (self.tail(), self.unit());
+        let first = self.stamps[tail].scan_and_context;
+        let mut scans = unit;
+        while scans < self.gathered
+            && tail + scans < SCANS
+            && self.stamps[tail + scans].scan_and_context == first + scans as u64
+        {
+            scans += unit;
+        }
+        scans
     }
 
     fn tail(&self) -> usize {

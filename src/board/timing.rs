@@ -7,7 +7,7 @@ use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
 use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
 use hexsense::sampling::{BlockSize, RANK_NS, RATES_HZ};
-use hexsense::wire::pose;
+use hexsense::wire::{pose, telemetry};
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;
@@ -86,8 +86,9 @@ pub fn block_timeout(rate_hz: u32, block: BlockSize) -> Duration {
 /// How often to look for the first block after a command; the answer waits for it.
 pub const FIRST_BLOCK_POLL: Duration = Duration::from_millis(1);
 
-/// Supply and temperature change over seconds; ten readings a second leave room for averaging.
-pub const SUPPLY_PERIOD: Duration = Duration::from_millis(100);
+/// Supply and temperature change over seconds; ten readings a second leave room for averaging. Each may end a frame
+/// early; the link's capacity is planned for that.
+pub const SUPPLY_PERIOD: Duration = Duration::from_hz(telemetry::SUPPLY_HZ as u64);
 /// Start of the temperature sensor and the reference buffer: 120 µs in the data sheet.
 pub const INTERNAL_START: Duration = Duration::from_millis(1);
 

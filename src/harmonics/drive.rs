@@ -55,7 +55,7 @@ impl Drive {
 
     /// Radians for each scan.
     pub(super) fn omega(&self) -> f64 {
-        radians(self.increment)
+        core::f64::consts::TAU * (self.increment as f64 / TURN)
     }
 
     /// Phase at the centre of block `block`, counted from the first summed one; scan 0 of block 0 has phase zero.
@@ -65,6 +65,11 @@ impl Drive {
         self.increment
             .wrapping_mul(u64::from(block) * scans)
             .wrapping_add(to_centre)
+    }
+
+    /// Places in the window that the drift sum tells apart.
+    pub(super) fn places(&self) -> u32 {
+        self.place(self.blocks.saturating_sub(1)) + 1
     }
 
     /// Place of block `block` in the window as the drift sum weighs it: the number of the block, with so many bits cut
@@ -103,11 +108,6 @@ pub enum DriveError {
         /// As asked for.
         blocks: u32,
     },
-}
-
-/// A phase of turns · 2⁶⁴ in rad.
-pub(super) fn radians(phase: u64) -> f64 {
-    core::f64::consts::TAU * (phase as f64 / TURN)
 }
 
 /// Phase advance for each scan of `frequency_hz` at `rate_hz`, in turns · 2⁶⁴.

@@ -17,12 +17,15 @@
 //! - [`choice`]: how large a block may be for it, and what blocks cost.
 //! - [`table`]: sines as integers, looked up by a 64-bit phase.
 //! - [`analyser`]: the sums that the board keeps while it samples, integers only, the same work for every block.
-//! - [`solution`]: from sums to harmonics, in `f64`, at report time.
+//! - [`replay`]: what the table did in a window, from the drive alone.
+//! - [`solution`]: from sums to harmonics, in `f64`, at report time, on the board and on the host.
 //! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
 
 pub mod analyser;
 pub mod choice;
 pub mod drive;
+mod factor;
+pub mod replay;
 pub mod series;
 pub mod solution;
 pub mod table;
@@ -30,10 +33,11 @@ pub mod table;
 pub use analyser::{Analyser, ChannelSums, Step};
 pub use choice::largest_block;
 pub use drive::{Drive, DriveError, increment};
+pub use replay::Replay;
 pub use series::{Series, fit_frequency};
-pub use solution::{solve, solve_channel};
+pub use solution::{Solver, solve, solve_channel};
 
-use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 /// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
 pub const HARMONICS: usize = 5;
@@ -55,7 +59,7 @@ impl Harmonic {
     /// Amplitude, in the unit of the signal.
     #[must_use]
     pub fn amplitude(&self) -> f64 {
-        libm::hypot(self.cosine, self.sine)
+        libm::sqrt(self.cosine * self.cosine + self.sine * self.sine)
     }
 
     /// Phase φ of amplitude·cos(kθ − φ), rad in −π..π.
@@ -81,7 +85,7 @@ pub struct Harmonics {
 }
 
 /// Standard uncertainties of a fit.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
     /// Of the mean over the window, in the unit of the signal.
     pub offset: f64,
@@ -115,11 +119,11 @@ impl Harmonics {
 
     /// The same signal with the phases that it would have if it had been sampled `early_rad` of the drive's phase
     /// earlier: a channel that is converted τ after the trigger reads as late as ωτ too little in every phase, and
-    /// `early_rad` = ωτ refers it to the trigger.
+    /// `early_rad` = ωτ refers it to the trigger. Five times as much is at most half a turn.
     #[must_use]
     pub fn sampled_earlier(mut self, early_rad: f64) -> Self {
         for (k, harmonic) in (1..).zip(&mut self.harmonics) {
-            let (sine, cosine) = libm::sincos(f64::from(k) * early_rad);
+            let (sine, cosine) = table::sine_cosine(f64::from(k) * early_rad);
             *harmonic = Harmonic {
                 cosine: harmonic.cosine * cosine - harmonic.sine * sine,
                 sine: harmonic.cosine * sine + harmonic.sine * cosine,
@@ -127,37 +131,25 @@ impl Harmonics {
         }
         self
     }
-
-    fn from_fit(
-        unknowns: &SVector<f64, REGRESSORS>,
-        covariance: &SMatrix<f64, REGRESSORS, REGRESSORS>,
-        residual_rms: f64,
-    ) -> Self {
-        let harmonics = core::array::from_fn(|k| Harmonic {
-            cosine: unknowns[2 + 2 * k],
-            sine: unknowns[3 + 2 * k],
-        });
-        let uncertainty = Uncertainty::of_fit(&harmonics, covariance);
-        Self {
-            offset: unknowns[0],
-            drift: unknowns[1],
-            harmonics,
-            residual_rms,
-            uncertainty,
-        }
-    }
 }
 
-impl Uncertainty {
-    fn of_fit(
-        harmonics: &[Harmonic; HARMONICS],
-        covariance: &SMatrix<f64, REGRESSORS, REGRESSORS>,
-    ) -> Self {
+/// What the uncertainties of a fit need of its inverted normal equations: times the variance of a row, (co)variances.
+#[derive(Debug, Clone, Copy)]
+struct Cofactors {
+    offset: f64,
+    drift: f64,
+    /// Of the cosine, of cosine and sine together, of the sine.
+    harmonics: [[f64; 3]; HARMONICS],
+}
+
+impl Cofactors {
+    fn uncertainty(&self, harmonics: &[Harmonic; HARMONICS], variance: f64) -> Uncertainty {
+        let deviation = |cofactor: f64| libm::sqrt((cofactor * variance).max(0.0));
         // Along the harmonic's own direction is the amplitude, across it the phase.
-        let along = |k: usize, direction: [f64; 2]| {
-            let direction = SVector::from(direction);
-            let part = covariance.fixed_view::<2, 2>(2 + 2 * k, 2 + 2 * k);
-            libm::sqrt(direction.dot(&(part * direction)).max(0.0))
+        let along = |k: usize, [cosine, sine]: [f64; 2]| {
+            let [of_cosine, of_both, of_sine] = self.harmonics[k];
+            let of_sum = of_cosine * cosine * cosine + of_sine * sine * sine;
+            deviation(of_sum + 2.0 * of_both * cosine * sine)
         };
         let unit = |k: usize| {
             let (harmonic, amplitude) = (&harmonics[k], harmonics[k].amplitude());
@@ -174,9 +166,9 @@ impl Uncertainty {
             let phase = across / harmonics[k].amplitude();
             if phase < ANY_PHASE { phase } else { ANY_PHASE }
         };
-        Self {
-            offset: libm::sqrt(covariance[(0, 0)].max(0.0)),
-            drift: libm::sqrt(covariance[(1, 1)].max(0.0)),
+        Uncertainty {
+            offset: deviation(self.offset),
+            drift: deviation(self.drift),
             amplitude: core::array::from_fn(|k| along(k, unit(k))),
             phase: core::array::from_fn(of_phase),
         }

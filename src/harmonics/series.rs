@@ -9,8 +9,8 @@
 
 use nalgebra::SVector;
 
-use super::{HARMONICS, Harmonic, Harmonics, REGRESSORS};
-use crate::least_squares::{NormalEquations, SharedEquations};
+use super::{Cofactors, HARMONICS, Harmonic, Harmonics, REGRESSORS};
+use crate::least_squares::{NormalEquations, SharedEquations, Solution};
 
 /// Columns of the fit at phase `theta` (rad) and place `fraction` in the window (−½ to ½).
 fn regressors(theta: f64, fraction: f64) -> SVector<f64, REGRESSORS> {
@@ -58,8 +58,31 @@ impl Series {
         Some(solutions.map(|solution| {
             let variance = solution.residual_square / f64::from(solution.degrees_of_freedom);
             let rms = libm::sqrt(solution.residual_square / length as f64);
-            Harmonics::from_fit(&solution.unknowns, &(solution.cofactors * variance), rms)
+            fitted(&solution, variance, rms)
         }))
+    }
+}
+
+fn fitted(solution: &Solution<REGRESSORS>, variance: f64, residual_rms: f64) -> Harmonics {
+    let (unknowns, inverse) = (&solution.unknowns, &solution.cofactors);
+    let harmonics = core::array::from_fn(|k| Harmonic {
+        cosine: unknowns[2 + 2 * k],
+        sine: unknowns[3 + 2 * k],
+    });
+    let cofactors = Cofactors {
+        offset: inverse[(0, 0)],
+        drift: inverse[(1, 1)],
+        harmonics: core::array::from_fn(|k| {
+            let (cosine, sine) = (2 + 2 * k, 3 + 2 * k);
+            [(cosine, cosine), (cosine, sine), (sine, sine)].map(|place| inverse[place])
+        }),
+    };
+    Harmonics {
+        offset: unknowns[0],
+        drift: unknowns[1],
+        harmonics,
+        residual_rms,
+        uncertainty: cofactors.uncertainty(&harmonics, variance),
     }
 }
 

@@ -1,4 +1,4 @@
-//! From the board's integer sums to harmonics.
+//! From integer sums to harmonics: one code for board and host, with the same bits for an answer.
 //!
 //! The table's values z that were used in the sums are not quite the sines x of the model. They serve as
 //! *instruments*: the sums are Zᵀs, the model says s = Xβ + noise, so
@@ -7,37 +7,36 @@
 //! (Zᵀ X) β = Zᵀ s
 //! ```
 //!
-//! holds exactly for every signal of the model's form, whatever the table's rounding. X holds block sums of the
-//! regressors; that of harmonic k is cos(kθ)·D with D = sin(kω·B/2) / sin(kω/2), θ the phase at the block's centre.
-//! Z is replayed from the drive, so nothing but the sums has to travel.
-
-use nalgebra::{SMatrix, SVector};
+//! holds for every signal of the model's form, whatever the table's rounding. X holds block sums of the regressors;
+//! that of harmonic k is cos(kθ)·D with D = sin(kω·B/2) / sin(kω/2), θ the phase at the block's centre. With β′ = Dβ and
+//! X = (Z + E)·D, E being a millionth of Z, one factor of ZᵀZ is enough:
+//!
+//! ```text
+//! β′ ← (ZᵀZ)⁻¹ (Zᵀs − ZᵀE·β′)      each turn a million times better
+//! residual = sᵀs − Zᵀs·(ZᵀZ)⁻¹·Zᵀs      cov β′ = σ² (ZᵀZ)⁻¹
+//! ```
+//!
+//! ZᵀZ and ZᵀE are [`Replay`]ed from the drive, so nothing but the sums has to travel, and are shared by all channels.
 
 use super::analyser::ChannelSums;
-use super::drive::{Drive, radians};
-use super::table::{self, Waves};
-use super::{HARMONICS, Harmonics, REGRESSORS};
+use super::drive::Drive;
+use super::factor::{Column, Factor};
+use super::replay::{Replay, TRIANGLE, WAVES};
+use super::table::{self, sine_cosine};
+use super::{Cofactors, HARMONICS, Harmonic, Harmonics, REGRESSORS};
 use crate::sampling::instant_s;
 
-type Square = SMatrix<f64, REGRESSORS, REGRESSORS>;
+/// Turns of the correction for the table's rounding.
+const CORRECTIONS: usize = 3;
+/// The value of one in each column of Z.
+const ONE: f64 = table::ONE as f64;
 
 /// Harmonics of one channel from its sums, in counts; `None` when the blocks do not determine twelve unknowns.
 #[must_use]
 pub fn solve(drive: &Drive, sums: &ChannelSums) -> Option<Harmonics> {
-    drive.check().ok()?;
-    let (crossed, instruments) = replay(drive);
-    let moments = moments(drive, sums);
-    let inverse = crossed.try_inverse()?;
-    let unknowns = inverse * moments;
-    let freedom = drive
-        .blocks
-        .checked_sub(REGRESSORS as u32)
-        .filter(|freedom| *freedom > 0)?;
-    let residual_square = residual_square(drive, sums, &instruments, &moments)?;
-    let variance = residual_square / f64::from(freedom);
-    let covariance = inverse * instruments * inverse.transpose() * variance;
-    let rms = libm::sqrt(residual_square / f64::from(drive.blocks)) / drive.block.scans() as f64;
-    Some(Harmonics::from_fit(&unknowns, &covariance, rms))
+    let mut replay = Replay::new(*drive).ok()?;
+    replay.advance(drive.blocks);
+    Some(Solver::new(&replay)?.solve(sums))
 }
 
 /// As [`solve`], with the phases at the trigger of the first scan: the delay of the channel's conversion (see
@@ -49,84 +48,174 @@ pub fn solve_channel(
     channel: usize,
     sums: &ChannelSums,
 ) -> Option<Harmonics> {
-    let late_scans = instant_s(channel) * f64::from(rate_hz);
-    Some(solve(drive, sums)?.sampled_earlier(drive.omega() * late_scans))
+    let mut replay = Replay::new(*drive).ok()?;
+    replay.advance(drive.blocks);
+    Some(Solver::new(&replay)?.solve_channel(rate_hz, channel, sums))
 }
 
-/// ZᵀX and ZᵀZ over the blocks of the drive.
-fn replay(drive: &Drive) -> (Square, Square) {
-    let (mut crossed, mut instruments) = (Square::zeros(), Square::zeros());
-    let (omega, scans) = (drive.omega(), drive.block.scans() as f64);
-    let gain: [f64; HARMONICS] = core::array::from_fn(|k| {
-        let half = (k + 1) as f64 * omega / 2.0;
-        libm::sin(half * scans) / libm::sin(half)
-    });
-    for block in 0..drive.blocks {
-        let centre = drive.centre_phase(block);
-        let waves = Waves::at((centre >> 32) as u32);
-        let (mut z, mut x) = (
-            SVector::<f64, REGRESSORS>::zeros(),
-            SVector::<f64, REGRESSORS>::zeros(),
-        );
-        (z[0], z[1]) = (1.0, weighed_place(drive, block));
-        (x[0], x[1]) = (scans, place(drive, block) * scans);
-        for k in 0..HARMONICS {
-            let theta = radians(centre.wrapping_mul(k as u64 + 1));
-            let (sine, cosine) = libm::sincos(theta);
-            (z[2 + 2 * k], z[3 + 2 * k]) = (f64::from(waves.cosine[k]), f64::from(waves.sine[k]));
-            (x[2 + 2 * k], x[3 + 2 * k]) = (gain[k] * cosine, gain[k] * sine);
+/// Solves the channels of one drive.
+pub struct Solver<'a> {
+    replay: &'a Replay,
+    factor: Factor,
+    /// Of one, of the place in the window and of the waves: from a column of Z to the block sum of the model's.
+    gains: [f64; HARMONICS],
+    cofactors: Cofactors,
+}
+
+impl<'a> Solver<'a> {
+    /// From a replay that is complete; `None` when its blocks do not determine twelve unknowns and leave a residual.
+    #[must_use]
+    pub fn new(replay: &'a Replay) -> Option<Self> {
+        if replay.drive().blocks <= REGRESSORS as u32 {
+            return None;
         }
-        z.fixed_rows_mut::<{ 2 * HARMONICS }>(2)
-            .scale_mut(1.0 / f64::from(table::ONE));
-        crossed.ger(1.0, &z, &x, 1.0);
-        instruments.ger(1.0, &z, &z, 1.0);
+        let scale = scale(replay.drive());
+        let mut squares = [0.0; TRIANGLE];
+        let places = (0..REGRESSORS).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        for ((square, sum), (row, column)) in squares.iter_mut().zip(&replay.squares).zip(places) {
+            *square = *sum as f64 * (scale[row] * scale[column]);
+        }
+        let factor = Factor::new(squares)?;
+        let gains = gains(replay.drive());
+        let cofactors = cofactors(&factor, replay.drive(), &gains);
+        Some(Self {
+            replay,
+            factor,
+            gains,
+            cofactors,
+        })
     }
-    (crossed, instruments)
-}
 
-/// Place of a block's centre in the window, −½ to ½.
-fn place(drive: &Drive, block: u32) -> f64 {
-    (f64::from(block) + 0.5) / f64::from(drive.blocks) - 0.5
-}
-
-/// The same as the drift sum weighs it: cut off to the places that it tells apart.
-fn weighed_place(drive: &Drive, block: u32) -> f64 {
-    (f64::from(drive.place(block)) + 0.5) / places(drive) as f64 - 0.5
-}
-
-/// Places that the drift sum tells apart.
-fn places(drive: &Drive) -> i128 {
-    i128::from(drive.place(drive.blocks - 1)) + 1
-}
-
-/// Zᵀs.
-fn moments(drive: &Drive, sums: &ChannelSums) -> SVector<f64, REGRESSORS> {
-    let places = places(drive);
-    // Σ s·place = (2·Σ p·s − (P − 1)·Σ s) / 2P, exact in integers before it becomes a float.
-    let drift = 2 * i128::from(sums.drift) - (places - 1) * i128::from(sums.offset);
-    let mut moments = SVector::zeros();
-    moments[0] = sums.offset as f64;
-    moments[1] = drift as f64 / (2 * places) as f64;
-    for k in 0..HARMONICS {
-        moments[2 + 2 * k] = sums.cosine[k] as f64 / f64::from(table::ONE);
-        moments[3 + 2 * k] = sums.sine[k] as f64 / f64::from(table::ONE);
+    /// Harmonics of one channel, in counts.
+    #[must_use]
+    pub fn solve(&self, sums: &ChannelSums) -> Harmonics {
+        let drive = self.replay.drive();
+        let (blocks, scans) = (f64::from(drive.blocks), drive.block.scans() as f64);
+        let moments = self.moments(sums);
+        let fitted = self.factor.solve(moments);
+        let residual_square = residual_square(drive, sums, &fitted, &moments);
+        let mut unknowns = fitted;
+        for _ in 0..CORRECTIONS {
+            unknowns = self.factor.solve(self.without_rests(&moments, &unknowns));
+        }
+        let mean = sums.offset as f64 / blocks;
+        let harmonics = core::array::from_fn(|k| Harmonic {
+            cosine: unknowns[2 + 2 * k] / self.gains[k],
+            sine: unknowns[3 + 2 * k] / self.gains[k],
+        });
+        let variance = residual_square / (blocks - REGRESSORS as f64);
+        Harmonics {
+            offset: (mean + unknowns[0]) / scans,
+            drift: unknowns[1] / scans,
+            harmonics,
+            residual_rms: libm::sqrt(residual_square / blocks) / scans,
+            uncertainty: self.cofactors.uncertainty(&harmonics, variance),
+        }
     }
-    moments
+
+    /// The same with the phases at the trigger of the first scan, see [`solve_channel`].
+    #[must_use]
+    pub fn solve_channel(&self, rate_hz: u32, channel: usize, sums: &ChannelSums) -> Harmonics {
+        let late_scans = instant_s(channel) * f64::from(rate_hz);
+        let early_rad = self.replay.drive().omega() * late_scans;
+        self.solve(sums).sampled_earlier(early_rad)
+    }
+
+    /// Zᵀs of the block sums less their mean, which is taken out in integers: it is much larger than what is looked for.
+    fn moments(&self, sums: &ChannelSums) -> Column {
+        let drive = self.replay.drive();
+        let (blocks, places) = (i128::from(drive.blocks), i128::from(drive.places()));
+        let total = i128::from(sums.offset);
+        let scale = scale(drive);
+        // Of 2p + 1 − P.
+        let drift = 2 * i128::from(sums.drift) - (places - 1) * total;
+        let mut moments = [0.0; REGRESSORS];
+        let mut row_start = 0;
+        for row in 1..REGRESSORS {
+            row_start += row;
+            let sum = match (row.checked_sub(2), row % 2) {
+                (None, _) => drift,
+                (Some(wave), 0) => i128::from(sums.cosine[wave / 2]),
+                (Some(wave), _) => i128::from(sums.sine[wave / 2]),
+            };
+            let centred = blocks * sum - total * i128::from(self.replay.squares[row_start]);
+            moments[row] = centred as f64 * scale[row] / f64::from(drive.blocks);
+        }
+        moments
+    }
+
+    /// Zᵀs − ZᵀE·β′.
+    fn without_rests(&self, moments: &Column, unknowns: &Column) -> Column {
+        let Replay {
+            squares,
+            places,
+            rests,
+            ..
+        } = self.replay;
+        let drive = self.replay.drive();
+        let scale = scale(drive);
+        let exact_place = 0.5 / f64::from(drive.blocks);
+        core::array::from_fn(|row| {
+            let of_place =
+                places[row] as f64 * exact_place - squares[lower(row, 1)] as f64 * scale[1];
+            let of_waves = (0..WAVES)
+                .map(|wave| rests[row][wave] as f64 * unknowns[2 + wave])
+                .sum::<f64>()
+                / table::UNIT;
+            moments[row] - (of_place * unknowns[1] + of_waves) * scale[row]
+        })
+    }
 }
 
-/// Σ of the squared residuals of the block sums, fitted by the instruments themselves; the mean is taken out in
-/// integers first, since it is much larger than any residual.
-fn residual_square(
-    drive: &Drive,
-    sums: &ChannelSums,
-    instruments: &Square,
-    moments: &SVector<f64, REGRESSORS>,
-) -> Option<f64> {
-    let blocks = i128::from(drive.blocks);
-    let total = i128::from(sums.offset);
-    let square = (blocks * i128::from(sums.square) - total * total) as f64 / blocks as f64;
-    let mean = total as f64 / blocks as f64;
-    let centred = moments - instruments.column(0) * mean;
-    let fitted = instruments.cholesky()?.solve(&centred);
-    Some((square - fitted.dot(&centred)).max(0.0))
+/// Where an element of a symmetric matrix is in its lower triangle.
+const fn lower(row: usize, column: usize) -> usize {
+    let (row, column) = if row < column {
+        (column, row)
+    } else {
+        (row, column)
+    };
+    row * (row + 1) / 2 + column
+}
+
+/// From the integers of Z to columns of the size of one.
+fn scale(drive: &Drive) -> Column {
+    let mut scale = [1.0 / ONE; REGRESSORS];
+    (scale[0], scale[1]) = (1.0, 0.5 / f64::from(drive.places()));
+    scale
+}
+
+/// D of each harmonic.
+fn gains(drive: &Drive) -> [f64; HARMONICS] {
+    let scans = drive.block.scans() as f64;
+    core::array::from_fn(|k| {
+        let half = (k + 1) as f64 * drive.omega() / 2.0;
+        sine_cosine(half * scans).0 / sine_cosine(half).0
+    })
+}
+
+/// What the covariance needs of D⁻¹ (ZᵀZ)⁻¹ D⁻¹.
+fn cofactors(factor: &Factor, drive: &Drive, gains: &[f64; HARMONICS]) -> Cofactors {
+    let column = |index: usize| {
+        let mut unit = [0.0; REGRESSORS];
+        unit[index] = 1.0;
+        factor.solve(unit)
+    };
+    let scans = drive.block.scans() as f64;
+    Cofactors {
+        offset: column(0)[0] / (scans * scans),
+        drift: column(1)[1] / (scans * scans),
+        harmonics: core::array::from_fn(|k| {
+            let (cosine, sine) = (column(2 + 2 * k), column(3 + 2 * k));
+            [cosine[2 + 2 * k], cosine[3 + 2 * k], sine[3 + 2 * k]]
+                .map(|cofactor| cofactor / (gains[k] * gains[k]))
+        }),
+    }
+}
+
+/// Σ of the squared residuals of the block sums.
+fn residual_square(drive: &Drive, sums: &ChannelSums, fitted: &Column, moments: &Column) -> f64 {
+    let (blocks, total) = (i128::from(drive.blocks), i128::from(sums.offset));
+    let square = blocks * i128::from(sums.square) - total * total;
+    let explained: f64 = fitted.iter().zip(moments).map(|(a, b)| a * b).sum();
+    (square as f64 / f64::from(drive.blocks) - explained).max(0.0)
 }

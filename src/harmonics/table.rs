@@ -11,14 +11,15 @@
 //! ```
 //!
 //! All values are below one part in 10⁶ off the true ones, nearly all of it their rounding to 20 bits. Board and host
-//! compute them with the same integers, and [`super::solution`] solves with the very values that were used.
+//! compute them with the same integers, and [`super::solution`] solves with the very values that were used and with what
+//! rounding took from them, [`Rest`].
 
 use super::HARMONICS;
 
 const BITS: u32 = 11;
 const ENTRIES: usize = 1 << BITS;
 /// A sine of one in the table: 30 bits behind the point.
-const UNIT: f64 = 1_073_741_824.0;
+pub const UNIT: f64 = 1_073_741_824.0;
 const UNIT_BITS: u32 = 30;
 /// Bits behind the point of the values that are given out.
 const OUT_BITS: u32 = 20;
@@ -94,6 +95,66 @@ impl Waves {
             sine: multiples(cosine, 0, sine),
         }
     }
+}
+
+/// What is left of the true cosines and sines when [`Waves`] are taken from them, times [`UNIT`]; to some 1e-9, the
+/// fifth to 1e-8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rest {
+    /// Of cos θ, cos 2θ, … cos 5θ.
+    pub cosine: [i32; HARMONICS],
+    /// Of sin θ, sin 2θ, … sin 5θ.
+    pub sine: [i32; HARMONICS],
+}
+
+impl Rest {
+    /// What is left at `phase` (turns · 2⁶⁴) of `waves`, which were looked up by its upper half.
+    ///
+    /// The multiples are powers of cos θ + i·sin θ, which do not multiply errors as the recurrence does near zero.
+    #[must_use]
+    pub fn of(waves: &Waves, phase: u64) -> Self {
+        let one = turned(first((phase >> 32) as u32), phase as u32);
+        let mut rest = Self {
+            cosine: [0; HARMONICS],
+            sine: [0; HARMONICS],
+        };
+        let mut power = one;
+        for k in 0..HARMONICS {
+            rest.cosine[k] = power.0 - (waves.cosine[k] << (UNIT_BITS - OUT_BITS));
+            rest.sine[k] = power.1 - (waves.sine[k] << (UNIT_BITS - OUT_BITS));
+            power = (
+                scaled(product(power.0, one.0) - product(power.1, one.1)),
+                scaled(product(power.0, one.1) + product(power.1, one.0)),
+            );
+        }
+        rest
+    }
+}
+
+/// Turned by what is below the phases that the table tells apart, turns · 2⁶⁴: a step or two of the unit.
+fn turned((cosine, sine): (i32, i32), below: u32) -> (i32, i32) {
+    const BITS: u32 = 40;
+    const UNITS: i64 = (core::f64::consts::TAU * UNIT * (1_u64 << BITS) as f64
+        / 18_446_744_073_709_551_616.0) as i64;
+    let angle = ((i64::from(below) * UNITS + (1 << (BITS - 1))) >> BITS) as i32;
+    (
+        cosine - scaled(product(sine, angle)),
+        sine + scaled(product(cosine, angle)),
+    )
+}
+
+fn product(a: i32, b: i32) -> i64 {
+    i64::from(a) * i64::from(b)
+}
+
+/// A product of two units as one, rounded.
+fn scaled(wide: i64) -> i32 {
+    ((wide + (1 << (UNIT_BITS - 1))) >> UNIT_BITS) as i32
+}
+
+/// Sine and cosine of an angle of at most half a turn, rad, by the same operations everywhere; to 1e-15.
+pub(super) fn sine_cosine(angle: f64) -> (f64, f64) {
+    (taylor(angle, angle, 2.0), taylor(angle, 1.0, 1.0))
 }
 
 /// Upper half of the product.

@@ -4,8 +4,10 @@
 //! | header, postcard | counts n × 15 × u16 LE, if streamed | values n × 9 × f32 LE, if streamed |
 //! ```
 //!
-//! The header says how many scans n there are: those of one block, and at most [`MOST_SCANS`]; a larger block travels
-//! in two frames.
+//! The header says how many scans n there are. A block of up to [`MOST_SCANS`] goes as it comes where the line can carry
+//! that; where it cannot, a frame gathers several blocks ([`scans_of_frame`]), so that the size of a block is a matter of
+//! the analysis and not of the link. A block larger than a frame travels in two. What the scans of a frame have in common
+//! seldom changes (the supply is read ten times a second); when it does, a frame ends early.
 //!
 //! Counts travel as they are, 16 bits each. At 4 kHz all fifteen channels then need 1.34 Mbit/s of a line of 2 Mbit/s,
 //! header, checksum and COBS included, of which telemetry may use 1.6; the rest is for answers. Packing differences
@@ -64,7 +66,7 @@ pub struct Samples<'a> {
     pub values: &'a [Values],
 }
 
-/// A block, or half of one, as received.
+/// The scans of a frame, as received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// What is common to the scans.
@@ -78,31 +80,54 @@ pub struct Block {
 /// The part of the line that telemetry may use, bit/s: the rest is for answers.
 pub const LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;
 
+/// Readings of the supply in a second at most: so often a frame may end early.
+pub const SUPPLY_HZ: u32 = 10;
+/// Sizes of frames, scans. Each is a multiple of every smaller block.
+const FRAMES: [usize; 4] = [1, 4, 8, MOST_SCANS];
+
+/// Scans that a frame of this stream gathers: those of one block where the line carries that, otherwise as few as it
+/// carries, and at most [`MOST_SCANS`].
+#[must_use]
+pub const fn scans_of_frame(content: StreamContent, rate_hz: u32, block: BlockSize) -> usize {
+    let mut index = 0;
+    while index < FRAMES.len() {
+        let scans = FRAMES[index];
+        if scans >= block.scans()
+            && bits_in_frames(content, rate_hz, block, scans) <= LIMIT_BITS_PER_S
+        {
+            return scans;
+        }
+        index += 1;
+    }
+    MOST_SCANS
+}
+
 /// Line capacity that a stream needs, bit/s of 10-bit characters, all overheads included.
 #[must_use]
 pub const fn bits_per_second(content: StreamContent, rate_hz: u32, block: BlockSize) -> u32 {
-    let scans = block.scans();
-    let in_frame = if scans < MOST_SCANS {
-        scans
-    } else {
-        MOST_SCANS
-    };
-    let counts = if content.counts {
-        in_frame * COUNT_BYTES
-    } else {
-        0
-    };
-    let values = if content.values {
-        in_frame * VALUE_BYTES
-    } else {
-        0
-    };
-    let samples = if content.has_blocks() {
-        frame_bits(MAX_HEADER + counts + values) * rate_hz.div_ceil(in_frame as u32)
-    } else {
-        0
-    };
-    let blocks_hz = rate_hz.div_ceil(scans as u32);
+    let scans = scans_of_frame(content, rate_hz, block);
+    bits_in_frames(content, rate_hz, block, scans)
+}
+
+/// The same in frames of so many scans.
+const fn bits_in_frames(
+    content: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
+    in_frame: usize,
+) -> u32 {
+    let counts = if content.counts { COUNT_BYTES } else { 0 };
+    let values = if content.values { VALUE_BYTES } else { 0 };
+    let mut samples = 0;
+    if content.has_blocks() {
+        let frame = frame_bits(MAX_HEADER + in_frame * (counts + values));
+        samples = frame * rate_hz.div_ceil(in_frame as u32);
+        if in_frame > block.scans() {
+            // A frame that ends early makes two of one, and so does the next that meets the end of the board's ring.
+            samples += 2 * SUPPLY_HZ * frame_bits(MAX_HEADER);
+        }
+    }
+    let blocks_hz = rate_hz.div_ceil(block.scans() as u32);
     let poses_hz = if blocks_hz < pose::MAX_RATE_HZ {
         blocks_hz
     } else {

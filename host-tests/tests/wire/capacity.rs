@@ -70,14 +70,19 @@ fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
             .into_iter()
             .flat_map(|rate_hz| BlockSize::ALL.map(|block| (rate_hz, block)))
         {
-            let scans = block.scans().min(MOST_SCANS);
-            let (frames_hz, blocks_hz) = (
+            let scans = telemetry::scans_of_frame(content, rate_hz, block);
+            let (mut frames_hz, blocks_hz) = (
                 f64::from(rate_hz) / scans as f64,
                 f64::from(rate_hz) / block.scans() as f64,
             );
             let mut needed = 0.0;
             if content.counts || content.values {
                 needed += largest_block(content, scans) as f64 * 10.0 * frames_hz;
+                if scans > block.scans() {
+                    // With each reading of the supply a frame ends early, and the next at the end of the ring.
+                    needed += 20.0 * largest_block(StreamContent::default(), 0) as f64 * 10.0;
+                    frames_hz += 20.0;
+                }
             }
             if content.pose {
                 needed += largest_pose() as f64 * 10.0 * blocks_hz.min(100.0);
@@ -91,6 +96,40 @@ fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
             assert!(spare < 20.0, "{spare} bytes a frame are not needed");
         }
     }
+}
+
+#[test]
+fn a_stream_that_goes_in_one_block_goes_in_every_block() {
+    let fits = |content, rate_hz, block| {
+        telemetry::bits_per_second(content, rate_hz, block) <= telemetry::LIMIT_BITS_PER_S
+    };
+    for content in contents() {
+        for rate_hz in RATES_HZ {
+            let large = fits(content, rate_hz, BlockSize::ThirtyTwo);
+            let too_much = content.values && (content.counts || content.pose) && rate_hz == 4_000;
+            assert_eq!(large, !too_much, "{content:?} at {rate_hz} Hz");
+            for block in BlockSize::ALL {
+                assert_eq!(
+                    fits(content, rate_hz, block),
+                    large,
+                    "{content:?} in {block:?} at {rate_hz} Hz"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_frame_gathers_no_more_than_the_line_needs() {
+    let counts = contents()[1];
+    let scans =
+        |rate_hz| BlockSize::ALL.map(|block| telemetry::scans_of_frame(counts, rate_hz, block));
+    assert_eq!(scans(1_000), [1, 4, 8, 16, 16]);
+    assert_eq!(scans(2_000), [4, 4, 8, 16, 16]);
+    assert_eq!(scans(4_000), [8, 8, 8, 16, 16]);
+    // Without samples there is nothing to gather.
+    let pose = telemetry::scans_of_frame(contents()[4], 4_000, BlockSize::One);
+    assert_eq!(pose, 1);
 }
 
 #[test]

@@ -1,16 +1,15 @@
 //! What the board is asked to estimate in a run: up to three drive frequencies, and one block for all of them.
 //!
-//! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work and the link
-//! fewer frames. From above it is limited as told in [`hexsense::harmonics::choice`]: the fifth harmonic may turn by a
-//! tenth of a turn in a block, and no known disturbance may lie where block sums would mistake it for a harmonic, at
-//! m·rate/B ± k·f. From below it is limited by the link, which carries small blocks only at low rates. Both are known
-//! before anything moves.
+//! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work. It is limited as
+//! told in [`hexsense::harmonics::choice`]: the fifth harmonic may turn by a tenth of a turn in a block, and no known
+//! disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. The link carries a stream in
+//! every block or in none. All of this is known before anything moves.
 //!
 //! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
 
 use hexsense::excitation::{Multisine, Signal};
-use hexsense::harmonics::choice::{LARGEST_TURN, Mistaken, mistaken};
-use hexsense::harmonics::{ANALYSERS, DriveError, HARMONICS, increment, largest_block};
+use hexsense::harmonics::choice::mistaken;
+use hexsense::harmonics::{ANALYSERS, DriveError, increment, largest_block};
 use hexsense::sampling::BlockSize;
 use hexsense::wire::{Drive, Refusal, StreamContent, telemetry};
 
@@ -40,7 +39,7 @@ pub struct Choice {
 /// Why the board cannot estimate what a run drives. Nothing has moved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoChoice {
-    /// The link carries this stream in no block.
+    /// The link does not carry this stream.
     #[error("run {run} at {rate_hz} Hz: {refusal}")]
     Link {
         /// The run.
@@ -62,54 +61,6 @@ pub enum NoChoice {
         /// Why.
         reason: DriveError,
     },
-    /// The drive needs blocks that are smaller than the link carries.
-    #[error(
-        "run {run} drives at {frequency_hz} Hz: scanned at {rate_hz} Hz that allows blocks of at most {allowed} scans \
-         ({why}), and the link carries this stream in blocks of {carried} or more; scan at a lower rate, which the \
-         link carries in smaller blocks, or drive at {highest_hz} Hz at most and off every known disturbance"
-    )]
-    Block {
-        /// The run.
-        run: String,
-        /// Drive frequency, Hz.
-        frequency_hz: f64,
-        /// Scan rate, Hz.
-        rate_hz: u32,
-        /// Largest block that the drive allows, scans.
-        allowed: usize,
-        /// What forbids larger ones.
-        why: Why,
-        /// Smallest block that the link carries, scans.
-        carried: usize,
-        /// Highest drive frequency in those, Hz.
-        highest_hz: f64,
-    },
-}
-
-/// What forbids a block to a drive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Why {
-    /// The fifth harmonic turns too far in it.
-    Fast,
-    /// A known disturbance looks like a harmonic in it.
-    Disturbed(Mistaken),
-}
-
-impl std::fmt::Display for Why {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Self::Fast => write!(
-                f,
-                "in larger ones the fifth harmonic turns by more than {LARGEST_TURN} of a turn"
-            ),
-            Self::Disturbed(Mistaken {
-                line_hz, harmonic, ..
-            }) => write!(
-                f,
-                "in larger ones the disturbance at {line_hz} Hz looks like harmonic {harmonic}"
-            ),
-        }
-    }
 }
 
 impl Choice {
@@ -123,11 +74,6 @@ impl Choice {
         rate_hz: u32,
         content: StreamContent,
     ) -> Result<Self, NoChoice> {
-        let carried = smallest_carried(rate_hz, content).map_err(|refusal| NoChoice::Link {
-            run: run.name.clone(),
-            rate_hz,
-            refusal,
-        })?;
         let mut lines = lines(run);
         let own = lines.iter().map(|line| line.frequency_hz);
         let asked = Asked {
@@ -136,14 +82,15 @@ impl Choice {
             disturbances_hz: own.chain(sensors.disturbances_hz(rate_hz)).collect(),
         };
         lines.truncate(ANALYSERS);
-        if lines.is_empty() {
-            let block = BlockSize::default().max(carried);
-            return Ok(Self { block, lines });
-        }
-        let block = asked.block(&lines)?;
-        if block < carried {
-            return Err(asked.refusal(&lines, block, carried));
-        }
+        let block = match lines.is_empty() {
+            true => BlockSize::default(),
+            false => asked.block(&lines)?,
+        };
+        carried(content, rate_hz, block).map_err(|refusal| NoChoice::Link {
+            run: run.name.clone(),
+            rate_hz,
+            refusal,
+        })?;
         for line in &lines {
             let drive = line.drive(rate_hz, block, 0);
             drive
@@ -199,18 +146,14 @@ impl Asked<'_> {
             .into_iter()
             .rev()
             .filter(|size| *size <= largest);
-        let clean = |size: &BlockSize| {
-            lines
-                .iter()
-                .all(|line| self.mistaken(line, *size).is_none())
-        };
+        let clean = |size: &BlockSize| lines.iter().all(|line| !self.is_disturbed(line, *size));
         Ok(sizes.into_iter().find(clean).unwrap_or(BlockSize::One))
     }
 
-    fn mistaken(&self, line: &Line, block: BlockSize) -> Option<Mistaken> {
+    fn is_disturbed(&self, line: &Line, block: BlockSize) -> bool {
         let lines_hz = &self.disturbances_hz;
         let rate = f64::from(self.rate_hz);
-        mistaken(line.frequency_hz, rate, block, lines_hz, line.distance_hz())
+        mistaken(line.frequency_hz, rate, block, lines_hz, line.distance_hz()).is_some()
     }
 
     fn drive_error(&self, line: &Line, reason: DriveError) -> NoChoice {
@@ -221,46 +164,16 @@ impl Asked<'_> {
             reason,
         }
     }
-
-    /// Names the line that forbids the smallest block that the link carries.
-    fn refusal(&self, lines: &[Line], allowed: BlockSize, carried: BlockSize) -> NoChoice {
-        let highest_hz =
-            LARGEST_TURN * f64::from(self.rate_hz) / (HARMONICS * carried.scans()) as f64;
-        let fastest = lines
-            .iter()
-            .max_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let disturbed = lines
-            .iter()
-            .find_map(|line| Some((line, Why::Disturbed(self.mistaken(line, carried)?))));
-        let too_fast = fastest.filter(|line| line.frequency_hz > highest_hz);
-        let (line, why) = match (too_fast, disturbed) {
-            (Some(line), _) => (line, Why::Fast),
-            (None, Some(disturbed)) => disturbed,
-            (None, None) => (&lines[0], Why::Fast),
-        };
-        NoChoice::Block {
-            run: self.run.name.clone(),
-            frequency_hz: line.frequency_hz,
-            rate_hz: self.rate_hz,
-            allowed: allowed.scans(),
-            why,
-            carried: carried.scans(),
-            highest_hz,
-        }
-    }
 }
 
-/// The smallest block in which the link carries a stream.
-fn smallest_carried(rate_hz: u32, content: StreamContent) -> Result<BlockSize, Refusal> {
-    let bits = |block| telemetry::bits_per_second(content, rate_hz, block);
+/// What the board would say to this stream.
+fn carried(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
     let limit = telemetry::LIMIT_BITS_PER_S;
-    let carried = BlockSize::ALL
-        .into_iter()
-        .find(|block| bits(*block) <= limit);
-    carried.ok_or(Refusal::LinkCapacity {
-        bits_per_s: bits(BlockSize::ThirtyTwo),
-        limit,
-    })
+    if bits_per_s > limit {
+        return Err(Refusal::LinkCapacity { bits_per_s, limit });
+    }
+    Ok(())
 }
 
 /// The frequencies of a run: the largest of each degree of freedom first, then the next of each, and so on.
@@ -313,6 +226,7 @@ fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
 mod tests {
     use super::*;
     use crate::plan::{Freedom, Purpose, SineEntry};
+    use hexsense::harmonics::choice::LARGEST_TURN;
     use hexsense::sampling::RATES_HZ;
 
     const COUNTS: StreamContent = StreamContent {
@@ -358,38 +272,30 @@ mod tests {
     }
 
     #[test]
-    fn every_drive_from_a_hundredth_to_fifty_hertz_is_taken_in_every_block_that_the_link_carries() {
+    fn every_drive_from_a_hundredth_to_fifty_hertz_is_taken_at_every_rate_in_the_block_that_it_allows()
+     {
         for frequency_hz in [
             0.01, 0.03, 0.1, 0.5, 1.0, 2.5, 5.0, 7.7, 10.0, 20.0, 33.0, 50.0,
         ] {
             for rate_hz in RATES_HZ {
-                let carried = smallest_carried(rate_hz, COUNTS).unwrap();
-                let turn = 5.0 * frequency_hz * carried.scans() as f64 / f64::from(rate_hz);
-                let possible = turn <= LARGEST_TURN || carried == BlockSize::One;
-                match Choice::new(
-                    &run(frequency_hz),
-                    &sensors("lines_hz = []"),
-                    rate_hz,
-                    COUNTS,
-                ) {
-                    Ok(choice) => {
-                        assert!(possible && choice.block >= carried);
-                        let drive = choice.lines[0].drive(rate_hz, choice.block, 7).unwrap();
-                        drive.check().unwrap();
-                    }
-                    Err(error) => {
-                        assert!(!possible, "{frequency_hz} Hz at {rate_hz} Hz: {error}");
-                        let text = error.to_string();
-                        for part in [frequency_hz.to_string(), rate_hz.to_string()] {
-                            assert!(text.contains(&part), "{text}");
-                        }
-                        assert!(text.contains("scan at a lower rate"), "{text}");
-                    }
-                }
+                let block =
+                    |lines| Choice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS);
+                let choice = block("lines_hz = []").unwrap();
+                let turn = |scans| 5.0 * frequency_hz * scans as f64 / f64::from(rate_hz);
+                let scans = choice.block.scans();
+                assert!(turn(scans) <= LARGEST_TURN || scans == 1);
+                // The run's own frequency may forbid the largest.
+                let allowed = [1, 4, 8, 16, 32]
+                    .into_iter()
+                    .rfind(|scans| turn(*scans) <= LARGEST_TURN);
+                assert!(scans <= allowed.unwrap_or(1));
+                let drive = choice.lines[0].drive(rate_hz, choice.block, 7).unwrap();
+                drive.check().unwrap();
+                block("").unwrap();
             }
-            // At the lowest rate the link carries single scans, and nothing is refused.
-            chosen(frequency_hz, 1_000, "").unwrap();
         }
+        assert_eq!(chosen(50.0, 1_000, "lines_hz = []"), Ok(BlockSize::One));
+        assert_eq!(chosen(9.9, 4_000, "lines_hz = []"), Ok(BlockSize::Eight));
     }
 
     #[test]
@@ -420,14 +326,11 @@ mod tests {
     }
 
     #[test]
-    fn a_disturbance_that_forbids_what_the_link_carries_is_named() {
-        // At 4 kHz the link carries blocks of 8 or more, which come at 500 Hz or less.
-        let error = chosen(1.0, 4_000, "lines_hz = [124.0]")
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("124") || error.contains("disturbance at 496"),
-            "{error}"
+    fn a_disturbance_forbids_a_block_and_no_stream() {
+        // At 4 kHz blocks of 32 and 16 come at multiples of 125 Hz, blocks of 8 at 500 Hz.
+        assert_eq!(
+            chosen(1.0, 4_000, "lines_hz = [124.0]").unwrap(),
+            BlockSize::Four
         );
         let error = Choice::new(&run(1.0), &sensors(""), 4_000, ALL).unwrap_err();
         assert!(
@@ -465,16 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn small_blocks_go_at_low_rates_only() {
-        let smallest = RATES_HZ.map(|rate_hz| smallest_carried(rate_hz, COUNTS));
-        assert_eq!(
-            smallest.map(Result::unwrap),
-            [BlockSize::One, BlockSize::Four, BlockSize::Eight]
-        );
-    }
-
-    #[test]
-    fn a_rest_is_taken_in_blocks_that_the_link_carries() {
+    fn a_rest_is_taken_in_blocks_of_sixteen() {
         let rest = Run {
             rest_s: Some(10.0),
             sine: Vec::new(),
