@@ -1,10 +1,13 @@
 //! Arguments that several commands share.
 
 use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::UNIX_EPOCH;
 
 use clap::Args;
+use hexsense::wire::change;
 
+use crate::key_file::{self, KeyFileError};
+use crate::link::change::unix_s;
 use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 
@@ -24,6 +27,24 @@ impl Port {
     /// [`LinkError`].
     pub fn open(&self) -> Result<Client, LinkError> {
         Client::open(&self.port)
+    }
+}
+
+/// What a change of the board needs.
+#[derive(Args)]
+pub struct Key {
+    /// File with the board's key, made by `hexsense provision`
+    #[arg(long = "key", value_name = "FILE", default_value = key_file::DEFAULT)]
+    pub file: PathBuf,
+}
+
+impl Key {
+    /// The key.
+    ///
+    /// # Errors
+    /// [`KeyFileError`].
+    pub fn load(&self) -> Result<change::Key, KeyFileError> {
+        key_file::load(&self.file)
     }
 }
 
@@ -79,10 +100,7 @@ impl Bench {
     /// Date of the campaign, seconds since 1970-01-01 UTC.
     #[must_use]
     pub fn unix_s(&self) -> u64 {
-        self.date.unwrap_or_else(|| {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH);
-            now.map_or(0, |now| now.as_secs())
-        })
+        self.date.unwrap_or_else(unix_s)
     }
 }
 

@@ -9,6 +9,7 @@ mod capture;
 mod info;
 mod kinematics;
 mod plan;
+mod provision;
 mod report;
 mod session;
 mod show;
@@ -24,7 +25,7 @@ use clap::{Parser, Subcommand};
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
 ///
 /// The usual order: `info` to see that the board answers, `plan` to see the movements before anything moves,
-/// `calibrate` to record them and compute the coefficients, `upload` to store these on the board, and `verify` to prove
+/// `calibrate` to record them and compute the coefficients, `provision` to give the board a key once, `upload` to store these on the board, and `verify` to prove
 /// them on a movement that they were not fitted to.
 #[derive(Parser)]
 #[command(name = "hexsense", version)]
@@ -40,6 +41,7 @@ enum Command {
     Capture(capture::Capture),
     Plan(plan::Plan),
     Calibrate(calibrate::Calibrate),
+    Provision(provision::Provision),
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
@@ -55,6 +57,7 @@ pub fn run() -> ExitCode {
         Command::Capture(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Calibrate(command) => command.run(),
+        Command::Provision(command) => command.run(),
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),

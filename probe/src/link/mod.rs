@@ -4,17 +4,20 @@
 //! - [`lockstep`]: the last of these.
 //! - [`client`]: what the board can be asked.
 //! - `conversation`: how answers find their questions, and what happens when one is lost.
+//! - [`change`]: what the board does only for whoever has its key.
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
 //! ([`hexsense::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
 
+pub mod change;
 pub mod client;
 mod conversation;
 pub mod lockstep;
 pub mod transport;
 pub mod upload;
 
+pub use change::ChangeError;
 pub use client::Client;
 pub use transport::{Transport, TransportError};
 pub use upload::UploadError;
