@@ -6,6 +6,7 @@
 //! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
 //! | [`link`] | the conversation with the board |
+//! | [`key_file`] | the key without which nothing on the board can be changed |
 //! | [`motion`] | who drives the base: a person at its controller, or the twin |
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
 //! | [`campaign`] | the folder that all this is kept in |
@@ -27,6 +28,7 @@ pub mod coefficient_file;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;
+pub mod key_file;
 pub mod link;
 pub mod motion;
 pub mod plan;

@@ -6,7 +6,6 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use fake::flash::Flash;
 use fake::line::lockstep;
 use fake::set::set;
 use fake::source::Still;
@@ -63,11 +62,12 @@ fn folder(change: impl FnOnce(&str) -> String) -> TempDir {
         twin::papers::sensor_file(1),
     )
     .unwrap();
+    fake::key::save(folder.path());
     folder
 }
 
 fn port(change: impl FnOnce(&mut FakeBoard)) -> String {
-    let mut board = FakeBoard::new(Box::new(Still), Flash::default());
+    let mut board = FakeBoard::new(Box::new(Still));
     change(&mut board);
     lockstep(board)
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
-use fake::flash::Flash;
 use fake::line::lockstep;
 use fake::source::{self, Pins, Still};
 use fake::{FakeBoard, Fault};
@@ -31,8 +30,9 @@ impl Bench {
             twin::papers::sensor_file(SEED),
         )
         .unwrap();
+        fake::key::save(folder.path());
         let (pins, control) = source::twin(SEED, GEOMETRY);
-        let mut board = FakeBoard::new(Box::new(Pins::connect(&pins)), Flash::default());
+        let mut board = FakeBoard::new(Box::new(Pins::connect(&pins)));
         change(&mut board);
         Self {
             folder,
@@ -221,7 +221,7 @@ fn a_campaign_is_not_mixed_with_another_board_or_another_plan() {
     let bench = Bench::new(|_| {});
     bench.plan_only(&["heave"]);
     bench.record("calibrate");
-    let other = lockstep(FakeBoard::new(Box::new(Still), Flash::default()));
+    let other = lockstep(FakeBoard::new(Box::new(Still)));
     let other = Bench {
         port: other,
         ..bench

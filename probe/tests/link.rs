@@ -5,7 +5,7 @@ mod fake;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use fake::flash::Flash;
+use fake::key::KEY;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
@@ -19,7 +19,7 @@ const COUNTS: StreamContent = StreamContent {
 };
 
 fn board(change: impl FnOnce(&mut FakeBoard)) -> Arc<Mutex<FakeBoard>> {
-    let mut board = FakeBoard::new(Box::new(Still), Flash::default());
+    let mut board = FakeBoard::new(Box::new(Still));
     change(&mut board);
     Arc::new(Mutex::new(board))
 }
@@ -36,9 +36,8 @@ fn encoded(unix_s: u64) -> Vec<u8> {
 /// The set that the board has after its power was cut and came back.
 fn after_power_cut(board: &Arc<Mutex<FakeBoard>>) -> Option<u64> {
     let mut board = board.lock().unwrap();
-    embassy_futures::block_on(board.archive.newest())
-        .unwrap()
-        .map(|stored| stored.set.unix_s)
+    board.switch_on();
+    board.active().map(|active| active.content.unix_s)
 }
 
 #[test]
@@ -125,7 +124,7 @@ fn a_pose_comes_with_each_block_and_only_with_a_set() {
         matches!(refused, LinkError::Refused(Refusal::NoSet)),
         "{refused}"
     );
-    let id = client.upload(&encoded(1)).unwrap().id;
+    let id = client.upload(&encoded(1), &KEY).unwrap().id;
     client.stream(poses).unwrap();
     for _ in 0..20 {
         let block = client.block(Duration::from_secs(1)).unwrap();
@@ -159,21 +158,23 @@ fn a_stream_that_stops_is_reported() {
 fn an_uploaded_set_is_active_after_the_power_was_cut() {
     let board = board(|_| {});
     let mut client = connect(&board).unwrap();
-    assert_eq!(client.upload(&encoded(1)).unwrap().sequence, 1);
-    assert_eq!(client.upload(&encoded(2)).unwrap().sequence, 2);
+    // The first change was its key.
+    assert_eq!(client.upload(&encoded(1), &KEY).unwrap().sequence, 2);
+    assert_eq!(client.upload(&encoded(2), &KEY).unwrap().sequence, 3);
     assert_eq!(client.read_set().unwrap().unwrap().1, encoded(2));
     assert_eq!(after_power_cut(&board), Some(2));
 }
 
 #[test]
 fn an_upload_survives_any_single_lost_or_damaged_answer() {
-    // Requests: the stream of connecting, begin, five pieces, commit, active set, bytes.
-    for at in 2..=15 {
+    // Requests: the stream of connecting; identity, challenge, begin, five pieces, commit, active set, five times bytes.
+    assert_eq!(encoded(1).len().div_ceil(128), 5);
+    for at in 2..=16 {
         for fault in [Fault::LoseAnswer(at), Fault::DamageAnswer(at)] {
             let board = board(|board| board.fault = fault);
             let mut client = connect(&board).unwrap();
             client
-                .upload(&encoded(1))
+                .upload(&encoded(1), &KEY)
                 .unwrap_or_else(|error| panic!("{fault:?}: {error}"));
             assert_eq!(after_power_cut(&board), Some(1));
         }
@@ -183,27 +184,28 @@ fn an_upload_survives_any_single_lost_or_damaged_answer() {
 #[test]
 fn an_upload_cut_off_anywhere_leaves_the_old_set_or_the_whole_new_one_and_says_which() {
     let pieces = encoded(1).len().div_ceil(128) as u32;
-    let commit = 2 + 1 + pieces;
-    for at in 0..=pieces + 2 {
+    // Identity, challenge, begin, pieces, commit, active set, bytes.
+    for at in 1..=3 + pieces + 1 + 1 + pieces {
         let board = board(|_| {});
         let mut client = connect(&board).unwrap();
-        client.upload(&encoded(1)).unwrap();
-        let done = 2 * pieces + 4;
+        client.upload(&encoded(1), &KEY).unwrap();
+        let done = 1 + 3 + pieces + 1 + 1 + pieces;
         board.lock().unwrap().fault = Fault::CutAt(done + at);
-        let error = client.upload(&encoded(2)).unwrap_err();
+        let error = client.upload(&encoded(2), &KEY).unwrap_err();
+        let commits = at > 3 + pieces;
         let now = after_power_cut(&board);
         let text = error.to_string();
         match error {
             UploadError::Before(LinkError::Transport(TransportError::Closed { .. })) => {
-                assert_eq!(now, Some(1));
+                assert!(now == Some(1) && !commits);
                 assert!(text.contains("old coefficients are still active"), "{text}");
             }
             UploadError::During(_) => {
-                assert!(matches!(now, Some(1 | 2)));
+                assert!(matches!(now, Some(1 | 2)) && commits);
                 assert!(text.contains("hexsense show"), "{text}");
             }
             UploadError::After(_) => assert_eq!(now, Some(2)),
-            other => panic!("cut at {at} of {commit}: {other}"),
+            other => panic!("cut at {at}: {other}"),
         }
     }
 }
@@ -217,7 +219,7 @@ fn a_refusal_of_the_board_is_told_apart_from_the_line() {
     let mut other = fake::set::set(1);
     other.board = [0; 12];
     let other = fake::set::encoded(&other);
-    let error = client.upload(&other).unwrap_err().to_string();
+    let error = client.upload(&other, &KEY).unwrap_err().to_string();
     assert!(
         error.contains("another board") && error.contains("still active"),
         "{error}"
@@ -227,6 +229,9 @@ fn a_refusal_of_the_board_is_told_apart_from_the_line() {
 #[test]
 fn a_set_that_reads_back_differently_is_reported() {
     let board = board(|board| board.fault = Fault::WornFlash);
-    let error = connect(&board).unwrap().upload(&encoded(1)).unwrap_err();
+    let error = connect(&board)
+        .unwrap()
+        .upload(&encoded(1), &KEY)
+        .unwrap_err();
     assert!(matches!(error, UploadError::Different { .. }), "{error}");
 }

@@ -7,7 +7,6 @@ use std::process::Output;
 
 use assert_cmd::Command;
 use fake::FakeBoard;
-use fake::flash::Flash;
 use fake::line::lockstep;
 use fake::source::Source;
 use hexsense::channel::Scan;
@@ -35,7 +34,7 @@ impl Source for Moving {
 }
 
 fn board(change: impl FnOnce(&mut FakeBoard)) -> String {
-    let mut board = FakeBoard::new(Box::new(Moving(0)), Flash::default());
+    let mut board = FakeBoard::new(Box::new(Moving(0)));
     change(&mut board);
     lockstep(board)
 }
@@ -186,6 +185,7 @@ fn a_gap_is_a_gap_in_the_file_and_in_its_note() {
 fn recorded_values_are_bit_for_bit_those_of_the_counts_and_the_noted_set() {
     let folder = tempfile::tempdir().unwrap();
     let port = board(|_| {});
+    fake::key::save(folder.path());
     let set = fake::set::set(7);
     hexsense_probe::coefficient_file::save(&folder.path().join("coefficients.toml"), &set).unwrap();
     assert!(

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Context;
+use hexsense_probe::key_file;
 use serde_json::Value;
 
 use crate::build::Parts;
@@ -126,10 +127,21 @@ impl Bench<'_> {
         Ok(hexsense)
     }
 
+    /// The file with the board's key.
+    fn key(&self) -> PathBuf {
+        self.folder.join(key_file::DEFAULT)
+    }
+
+    /// Gives a new board its key.
+    pub fn provision(&self, board: &Beside) -> anyhow::Result<()> {
+        let mut hexsense = self.hexsense("provision", board)?;
+        checked(hexsense.arg("--key").arg(self.key()))
+    }
+
     /// `hexsense upload` of the campaign's coefficients.
     pub fn upload(&self, board: &Beside) -> anyhow::Result<Command> {
         let mut hexsense = self.hexsense("upload", board)?;
-        hexsense.arg(self.campaign());
+        hexsense.arg("--key").arg(self.key()).arg(self.campaign());
         Ok(hexsense)
     }
 

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
 use hexsense_probe::capture::Capture;
-use hexsense_probe::coefficient_file;
 use hexsense_probe::replay::first_wrong_values;
+use hexsense_probe::{coefficient_file, key_file};
 use serde_json::Value;
 
 use crate::bench::Bench;
@@ -58,7 +58,8 @@ pub fn demo_twice() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All files below a folder; of the demo's document the time it took is left out.
+/// All files below a folder; of the demo's document the time it took is left out, and with the board's key, which is
+/// new each time, its flash, which has key and time of day in it.
 fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -67,6 +68,9 @@ fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
             let path = entry?.path();
             if path.is_dir() {
                 folders.push(path);
+                continue;
+            }
+            if path.ends_with(key_file::DEFAULT) || path.ends_with("flash.bin") {
                 continue;
             }
             let mut bytes = std::fs::read(&path)?;
@@ -110,6 +114,7 @@ pub fn streams() -> anyhow::Result<()> {
         ensure!(capture.values.is_none(), "values that nobody asked for");
     }
     checked(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
+    bench.provision(&board)?;
     checked(&mut bench.upload(&board)?)?;
     let (capture, note) = record(&bench, &board, (1_000, 16), &["--values"])?;
     ensure!(
@@ -196,6 +201,7 @@ pub fn plug_pulled() -> anyhow::Result<()> {
         "a set is active that was never uploaded"
     );
 
+    bench.provision(&board)?;
     let before = std::fs::read(folder.join("flash.bin"))?;
     let upload = Told::start(&mut bench.upload(&board)?)?;
     while std::fs::read(folder.join("flash.bin"))? == before {

@@ -1,11 +1,14 @@
 //! Arguments that several commands share.
 
 use std::io::{self, BufReader};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::path::PathBuf;
+use std::time::{Duration, UNIX_EPOCH};
 
 use clap::Args;
+use hexsense::wire::change;
 
 use crate::interrupt::Interrupt;
+use crate::key_file::{self, KeyFileError};
 use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 
@@ -25,6 +28,24 @@ impl Port {
     /// [`LinkError`].
     pub fn open(&self) -> Result<Client, LinkError> {
         Client::open(&self.port)
+    }
+}
+
+/// What a change of the board needs.
+#[derive(Args)]
+pub struct Key {
+    /// File with the board's key, made by `hexsense provision`
+    #[arg(long = "key", value_name = "FILE", default_value = key_file::DEFAULT)]
+    pub file: PathBuf,
+}
+
+impl Key {
+    /// The key.
+    ///
+    /// # Errors
+    /// [`KeyFileError`].
+    pub fn load(&self) -> Result<change::Key, KeyFileError> {
+        key_file::load(&self.file)
     }
 }
 
@@ -109,13 +130,6 @@ pub struct Date {
     /// Date of the campaign: seconds since 1970-01-01 UTC, or such as 2026-01-31T12:00:00Z [default: now]
     #[arg(long, value_name = "DATE", value_parser = seconds)]
     pub date: Option<u64>,
-}
-
-/// The date now, seconds since 1970-01-01 UTC.
-#[must_use]
-pub fn now_unix_s() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| now.as_secs())
 }
 
 fn seconds(text: &str) -> Result<u64, String> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use hexsense::store::{CoefficientSet, MotionBase};
 
-use super::arguments::{Controller, Date, Port, Waiting, now_unix_s};
+use super::arguments::{Controller, Date, Port, Waiting};
 use super::broken_off::typed;
 use super::runs::{self, Job};
 use super::{report, session};
@@ -16,6 +16,7 @@ use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
+use crate::link::change::unix_s;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 
@@ -98,7 +99,7 @@ impl Calibrate {
                 .try_into()
                 .unwrap_or_default(),
             geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun.date_unix_s.unwrap_or_else(now_unix_s),
+            unix_s: begun.date_unix_s.unwrap_or_else(unix_s),
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,

@@ -11,6 +11,7 @@ mod info;
 mod kinematics;
 mod losses;
 mod plan;
+mod provision;
 mod report;
 mod runs;
 mod session;
@@ -30,7 +31,7 @@ use crate::interrupt;
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
 ///
 /// The usual order: `info` to see that the board answers, `plan` to see the movements before anything moves,
-/// `calibrate` to record them and compute the coefficients, `upload` to store these on the board, and `verify` to prove
+/// `calibrate` to record them and compute the coefficients, `provision` to give the board a key once, `upload` to store these on the board, and `verify` to prove
 /// them on a movement that they were not fitted to.
 #[derive(Parser)]
 #[command(name = "hexsense", version)]
@@ -46,6 +47,7 @@ enum Command {
     Capture(capture::Capture),
     Plan(plan::Plan),
     Calibrate(calibrate::Calibrate),
+    Provision(provision::Provision),
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Capture(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Calibrate(command) => command.run(),
+        Command::Provision(command) => command.run(),
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),

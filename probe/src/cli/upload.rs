@@ -5,16 +5,19 @@ use std::path::PathBuf;
 use clap::Args;
 use hexsense::store::{CoefficientSet, MAX_ENCODED};
 
-use super::arguments::Port;
+use super::arguments::{Key, Port};
 use crate::{coefficient_file, files};
 
 /// Store a coefficient set on the board, and prove it by reading it back.
 ///
-/// Broken off anywhere, the old set is still active. The board keeps the set through power cuts.
+/// Broken off anywhere, the old set is still active. The board keeps the set through power cuts. It takes it only with
+/// its key (see `hexsense provision`), and notes the change in its log (see `hexsense log`).
 #[derive(Args)]
 pub struct Upload {
     #[command(flatten)]
     port: Port,
+    #[command(flatten)]
+    key: Key,
     /// Folder of a finished campaign, or its coefficients.toml
     #[arg(value_name = "FOLDER|FILE")]
     from: PathBuf,
@@ -24,7 +27,7 @@ impl Upload {
     /// Runs the command.
     ///
     /// # Errors
-    /// A file that is no set, a set for another board, and what the link reports.
+    /// A file that is no set, no key, a set for another board, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
         let path = if self.from.is_dir() {
             self.from.join("coefficients.toml")
@@ -32,6 +35,7 @@ impl Upload {
             self.from
         };
         let set = coefficient_file::load(&path)?;
+        let key = self.key.load()?;
         let mut client = self.port.open()?;
         let board = client.identity()?.board;
         if board != set.board {
@@ -44,7 +48,7 @@ impl Upload {
         }
         let mut buffer = [0; MAX_ENCODED];
         let encoded = set.encode(&mut buffer)?;
-        let active = client.upload(encoded)?;
+        let active = client.upload(encoded, &key)?;
         println!(
             "set {} is active (commit {} on this board) and reads back identical",
             CoefficientSet::id_of(encoded),

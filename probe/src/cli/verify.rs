@@ -6,7 +6,7 @@ use clap::Args;
 use hexsense::store::{CoefficientSet, SetId};
 use hexsense::wire::PoseReport;
 
-use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting, now_unix_s};
+use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
 use super::broken_off::same_again;
 use super::runs::{self, Job};
 use super::{report, session};
@@ -18,6 +18,7 @@ use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::link::Client;
+use crate::link::change::unix_s;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 use crate::replay::{WrongValues, first_wrong_values};
@@ -83,7 +84,7 @@ impl Verify {
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
-        let date = self.date.date.unwrap_or_else(now_unix_s);
+        let date = self.date.date.unwrap_or_else(unix_s);
         let since_set_s = date.saturating_sub(ours.unix_s) as f64;
         let elapsed_s = since_set_s + campaign.recorded_s()?;
         judge(&campaign, run, &ours, poses, elapsed_s)

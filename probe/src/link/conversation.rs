@@ -1,8 +1,8 @@
 //! How answers find their questions, beside the blocks of samples that come by themselves.
 //!
 //! Every request carries a number that its answer repeats, so an answer that comes too late is not taken for another
-//! one's. A request is asked again when its answer is lost: all but the commit of an upload (see [`super::upload`])
-//! may safely be carried out twice.
+//! one's. A request is asked again when its answer is lost: all but changes (see [`super::change`]) and the commit of an
+//! upload (see [`super::upload`]) may safely be carried out twice.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ use hexsense::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VE
 use super::{LinkError, ProtocolError, Transport};
 
 /// How often a request is asked.
-const ATTEMPTS: u32 = 3;
+pub const ATTEMPTS: u32 = 3;
 /// How long an answer may take.
 const ANSWER: Duration = Duration::from_millis(1_000);
 /// Pause before a busy board is asked again.
@@ -317,7 +317,10 @@ fn name(request: &Request) -> &'static str {
         Request::Harmonics { .. } => "harmonic sums",
         Request::ActiveSet => "active set",
         Request::ReadSet { .. } => "bytes of the set",
-        Request::UploadBegin { .. } => "begin of an upload",
+        Request::History { .. } => "history of sets",
+        Request::Log { .. } => "log of changes",
+        Request::Challenge => "challenge",
+        Request::Change { .. } => "change",
         Request::UploadChunk { .. } => "piece of an upload",
         Request::UploadCommit => "commit of an upload",
         Request::UploadAbort => "end of an upload",

@@ -4,12 +4,14 @@
 //! - [`lockstep`]: the last of these.
 //! - [`client`]: what the board can be asked.
 //! - `conversation`: how answers find their questions, and what happens when one is lost.
+//! - [`change`]: what the board does only for whoever has its key.
 //! - [`reconnect`]: a board that went away, and comes back.
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
 //! ([`hexsense::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
 
+pub mod change;
 pub mod client;
 mod conversation;
 pub mod lockstep;
@@ -17,6 +19,7 @@ pub mod reconnect;
 pub mod transport;
 pub mod upload;
 
+pub use change::ChangeError;
 pub use client::Client;
 pub use conversation::Contact;
 pub use transport::{Transport, TransportError};

@@ -7,22 +7,23 @@
 //! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
 //! twice: when its answer is lost, the board is asked which set is active instead.
 
-use std::time::Duration;
-
 use hexsense::store::{CoefficientSet, SetId};
+use hexsense::wire::change::{Act, Key};
 use hexsense::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense::wire::{Refusal, Request, Response};
+use sha2::{Digest, Sha256};
 
 use super::LinkError;
+use super::change::CHANGE;
 use super::client::Client;
 use super::conversation::answer_error;
-
-/// How long storing and reading back may take on the board.
-const COMMIT: Duration = Duration::from_millis(2_000);
 
 /// Why an upload was not completed, and what the board has now.
 #[derive(Debug, thiserror::Error)]
 pub enum UploadError {
+    /// The board did not let it begin.
+    #[error("{0}. The coefficients on the board are unchanged")]
+    Refused(Refusal),
     /// It broke off before the commit.
     #[error(
         "the upload broke off: {0}. The old coefficients are still active on the board; upload again"
@@ -34,6 +35,9 @@ pub enum UploadError {
          active, never a mixture; see which with `hexsense show`, and upload again if it is the old one"
     )]
     During(LinkError),
+    /// The set is active, and the board's log does not say so.
+    #[error(transparent)]
+    Unlogged(Refusal),
     /// It broke off while the set was read back.
     #[error(
         "the board has stored the new coefficients, but reading them back broke off: {0}. See them with `hexsense show`"
@@ -52,12 +56,20 @@ pub enum UploadError {
 }
 
 impl Client {
-    /// Makes an encoded set the active one and proves it by reading it back.
+    /// Makes an encoded set the active one and proves it by reading it back. `key` is the board's.
     ///
     /// # Errors
     /// [`UploadError`], which says what the board has now.
-    pub fn upload(&mut self, encoded: &[u8]) -> Result<ActiveSet, UploadError> {
-        self.send_set(encoded).map_err(UploadError::Before)?;
+    pub fn upload(&mut self, encoded: &[u8], key: &Key) -> Result<ActiveSet, UploadError> {
+        let act = Act::Upload {
+            length: encoded.len() as u16,
+            digest: Sha256::digest(encoded).into(),
+        };
+        self.begin_upload(key, act).map_err(|error| match error {
+            LinkError::Refused(refusal) => UploadError::Refused(refusal),
+            error => UploadError::Before(error),
+        })?;
+        self.send_pieces(encoded).map_err(UploadError::Before)?;
         let id = CoefficientSet::id_of(encoded);
         let active = self.commit(id)?;
         let read_back = self.read_set().map_err(UploadError::After)?;
@@ -72,12 +84,7 @@ impl Client {
         }
     }
 
-    fn send_set(&mut self, encoded: &[u8]) -> Result<(), LinkError> {
-        let id = CoefficientSet::id_of(encoded);
-        self.conversation.command(&Request::UploadBegin {
-            length: encoded.len() as u16,
-            id,
-        })?;
+    fn send_pieces(&mut self, encoded: &[u8]) -> Result<(), LinkError> {
         for (index, piece) in encoded.chunks(CHUNK).enumerate() {
             let bytes: Chunk = piece.iter().copied().collect();
             let offset = index * CHUNK;
@@ -98,15 +105,18 @@ impl Client {
     fn commit(&mut self, id: SetId) -> Result<ActiveSet, UploadError> {
         let start = self.now();
         let commit = Request::UploadCommit;
-        match self.conversation.ask_once(&commit, COMMIT) {
+        match self.conversation.ask_once(&commit, CHANGE) {
             Ok(Some(Response::Committed(active))) => return Ok(active),
             Ok(Some(_)) => return Err(UploadError::During(answer_error(&commit))),
             Ok(None) => {}
+            Err(LinkError::Refused(unlogged @ Refusal::Log)) => {
+                return Err(UploadError::Unlogged(unlogged));
+            }
             Err(refused @ LinkError::Refused(_)) => return Err(UploadError::Before(refused)),
             Err(error) => return Err(UploadError::During(error)),
         }
         let silent = LinkError::from(self.conversation.silent(&commit, 1, start));
-        match self.conversation.ask_once(&Request::ActiveSet, COMMIT) {
+        match self.conversation.ask_once(&Request::ActiveSet, CHANGE) {
             Ok(Some(Response::ActiveSet(Some(active)))) if active.id == id => Ok(active),
             Ok(Some(Response::ActiveSet(_))) => Err(UploadError::Before(silent)),
             Ok(_) => Err(UploadError::During(silent)),

@@ -1,17 +1,19 @@
 //! Flash in memory, with pages and words of the size of the chip's.
 
+use std::sync::{Arc, Mutex};
+
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
-/// Bytes: eight pages.
-pub const SIZE: usize = 8 * 2_048;
+/// Bytes: the 128 pages of a bank.
+const SIZE: usize = 128 * 2_048;
 
-/// Flash that remembers as long as it is kept.
+/// Flash that remembers as long as one of its clones is kept: all are the same flash.
 #[derive(Clone)]
-pub struct Flash(pub Vec<u8>);
+pub struct Flash(pub Arc<Mutex<Vec<u8>>>);
 
 impl Default for Flash {
     fn default() -> Self {
-        Self(vec![0xFF; SIZE])
+        Self(Arc::new(Mutex::new(vec![0xFF; SIZE])))
     }
 }
 
@@ -24,7 +26,7 @@ impl ReadNorFlash for Flash {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         let from = offset as usize;
-        bytes.copy_from_slice(&self.0[from..from + bytes.len()]);
+        bytes.copy_from_slice(&self.0.lock().unwrap()[from..from + bytes.len()]);
         Ok(())
     }
 
@@ -38,13 +40,13 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = 2_048;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0[from as usize..to as usize].fill(0xFF);
+        self.0.lock().unwrap()[from as usize..to as usize].fill(0xFF);
         Ok(())
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
         let from = offset as usize;
-        self.0[from..from + bytes.len()].copy_from_slice(bytes);
+        self.0.lock().unwrap()[from..from + bytes.len()].copy_from_slice(bytes);
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
-//! A board made of the core's own parts, on this side of a socket: frames, messages, sums, calibration and archive
-//! are the core's; what is written here is only what answers which request, and what goes wrong on purpose.
+//! A board made of the core's own parts, on this side of a socket: frames, messages, sums, calibration and the
+//! keeper of the coefficients are the core's; what is written here is only what answers which request, and what goes wrong on purpose.
 
 #![allow(dead_code, reason = "every test takes what it needs")]
 
 pub mod flash;
+pub mod key;
 pub mod line;
 pub mod set;
 pub mod source;
@@ -11,14 +12,16 @@ pub mod source;
 use std::time::Duration;
 
 use embassy_futures::block_on;
+use hexsense::authority;
 use hexsense::channel::Scan;
 use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums};
+use hexsense::keeper::{Active, Command, Keeper};
 use hexsense::live_pose::{JackBlock, Tracker};
 use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
-use hexsense::store::{Archive, CoefficientSet, MAX_ENCODED, SetId};
+use hexsense::wire::change::{Act, Challenge, Change};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{ActiveSet, CHUNK, decode_request, encode_response};
+use hexsense::wire::message::{decode_request, encode_response};
 use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
 use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{
@@ -27,6 +30,7 @@ use hexsense::wire::{
 };
 
 use flash::Flash;
+use key::KEY;
 use source::Source;
 
 /// Scans of one second after the start.
@@ -62,49 +66,64 @@ pub struct FakeBoard {
     pub fault: Fault,
     pub cut: bool,
     pub crystal: bool,
-    pub archive: Archive<Flash>,
+    pub flash: Flash,
     /// Loses the frames of these blocks, counted from the start of the board.
     pub lose_blocks: std::ops::Range<u64>,
     source: Box<dyn Source>,
     requests: u32,
     late: Vec<u8>,
     deframer: Deframer<MAX_FRAME>,
-    active: Option<(ActiveSet, CoefficientSet, Vec<u8>)>,
+    keeper: Keeper<Flash>,
+    challenges: u128,
     tracker: Option<Tracker<f32>>,
-    upload: Option<(u16, SetId, Vec<u8>)>,
     analysers: [Analyser; ANALYSERS],
     stream: StreamContent,
     rate_hz: u32,
     block: BlockSize,
     blocks: u64,
     scans: u64,
+    uptime: Duration,
 }
 
 impl FakeBoard {
-    /// A board that measures what `source` has, with coefficients as `flash` has them.
-    pub fn new(source: Box<dyn Source>, flash: Flash) -> Self {
-        let archive = Archive::new(flash, 0..flash::SIZE as u32).unwrap();
+    /// A board with [`KEY`] that measures what `source` has.
+    pub fn new(source: Box<dyn Source>) -> Self {
+        let mut board = Self::unprovisioned(source);
+        let Ok(Response::Challenge(challenge)) = board.keep(Command::Challenge) else {
+            panic!("a challenge is always given");
+        };
+        let act = Act::Provision(KEY);
+        let change = Change { unix_s: 1, act };
+        let tag = authority::tag(&KEY, &challenge, &board.uid, &change);
+        board.keep(Command::Change(change, tag)).unwrap();
+        board
+    }
+
+    /// A board without a key.
+    pub fn unprovisioned(source: Box<dyn Source>) -> Self {
+        let (uid, flash) = (source.uid(), Flash::default());
         let mut board = Self {
             wire: VERSION,
-            uid: source.uid(),
+            uid,
             fault: Fault::None,
             cut: false,
             crystal: true,
-            archive,
+            keeper: Keeper::new(flash.clone(), uid),
+            flash,
             lose_blocks: 0..0,
             source,
             requests: 0,
             late: Vec::new(),
             deframer: Deframer::default(),
-            active: None,
+            challenges: 0,
             tracker: None,
-            upload: None,
             analysers: Default::default(),
             stream: StreamContent::default(),
             rate_hz: RATE_HZ,
             block: BlockSize::default(),
             blocks: 0,
             scans: 0,
+            uptime: Duration::ZERO,
         };
         board.load();
         board
@@ -115,11 +134,20 @@ impl FakeBoard {
         self.fault = Fault::None;
         self.cut = false;
         self.stream = StreamContent::default();
-        self.upload = None;
         self.analysers = Default::default();
         (self.rate_hz, self.block) = (RATE_HZ, BlockSize::default());
-        (self.blocks, self.scans) = (0, 0);
+        (self.blocks, self.scans, self.uptime) = (0, 0, Duration::ZERO);
         self.load();
+    }
+
+    /// The active set.
+    pub fn active(&self) -> Option<&Active> {
+        self.keeper.active()
+    }
+
+    /// Lets time pass in which nothing happens.
+    pub fn wait(&mut self, time: Duration) {
+        self.uptime += time;
     }
 
     /// Takes bytes from the host; what the board answers.
@@ -170,6 +198,7 @@ impl FakeBoard {
     pub fn block(&mut self) -> Option<Vec<u8>> {
         let first_scan = self.scans;
         self.blocks += 1;
+        self.uptime += self.block_time();
         self.scans += self.block.scans() as u64;
         self.cut |= matches!(self.fault, Fault::CutAfterBlocks(blocks) if self.blocks > blocks);
         let scans = 0..self.block.scans();
@@ -197,8 +226,8 @@ impl FakeBoard {
     }
 
     fn block_frame(&self, scans: &[Scan], first_scan: u64, supply: f32) -> Vec<u8> {
-        let active = self.active.as_ref();
-        let calibrator = active.map(|(_, set, _)| Calibrator::new(set));
+        let active = self.keeper.active();
+        let calibrator = active.map(|active| Calibrator::new(&active.content));
         let value = |scan| {
             calibrator
                 .as_ref()
@@ -222,7 +251,7 @@ impl FakeBoard {
             rate_hz: self.rate_hz,
             supply,
             temperature_c: 31.5,
-            set: self.active.as_ref().map(|(active, ..)| active.id),
+            set: active.map(|active| active.set.id),
             dropped: 0,
             content: self.stream,
         };
@@ -237,7 +266,7 @@ impl FakeBoard {
     }
 
     fn pose_frame(&mut self, jacks: &JackBlock) -> Vec<u8> {
-        let Some((active, ..)) = &self.active else {
+        let Some(Active { set: active, .. }) = self.keeper.active() else {
             return Vec::new();
         };
         let tracker = self.tracker.as_mut().expect("an active set has a tracker");
@@ -288,7 +317,7 @@ impl FakeBoard {
             }
             Request::Status => return Ok(Response::Status(self.status())),
             Request::Stream(content)
-                if (content.values || content.pose) && self.active.is_none() =>
+                if (content.values || content.pose) && self.keeper.active().is_none() =>
             {
                 return Err(Refusal::NoSet);
             }
@@ -323,71 +352,61 @@ impl FakeBoard {
             Request::Harmonics { analyser, channel } => {
                 return Ok(harmonics(&self.analysers[usize::from(analyser)], channel));
             }
-            Request::ActiveSet => {
-                return Ok(Response::ActiveSet(
-                    self.active.as_ref().map(|(active, ..)| *active),
-                ));
-            }
+            Request::ActiveSet => return self.keep(Command::ActiveSet),
             Request::ReadSet { offset } => {
-                let (_, _, encoded) = self.active.as_ref().ok_or(Refusal::NoSet)?;
-                let bytes = encoded[usize::from(offset)..].iter().copied().take(CHUNK);
-                let worn = u8::from(self.fault == Fault::WornFlash);
-                let bytes = bytes.map(|byte| byte ^ worn).collect();
-                return Ok(Response::SetBytes { offset, bytes });
-            }
-            Request::UploadBegin { length, id } => self.upload = Some((length, id, Vec::new())),
-            Request::UploadChunk { offset, bytes } => {
-                let (_, _, arrived) = self.upload.as_mut().ok_or(Refusal::NoUpload)?;
-                if usize::from(offset) != arrived.len() {
-                    return Err(Refusal::OutOfOrder {
-                        expected: arrived.len() as u16,
-                    });
+                let mut response = self.keep(Command::Read(offset))?;
+                if let (Response::SetBytes { bytes, .. }, Fault::WornFlash) =
+                    (&mut response, self.fault)
+                {
+                    bytes[0] ^= 1;
                 }
-                arrived.extend_from_slice(&bytes);
+                return Ok(response);
             }
-            Request::UploadCommit => return self.commit(),
-            Request::UploadAbort => self.upload = None,
+            Request::History { age } => return self.keep(Command::History(age)),
+            Request::Log { counter } => return self.keep(Command::Log(counter)),
+            Request::Challenge => return self.keep(Command::Challenge),
+            Request::Change { change, tag } => return self.keep(Command::Change(change, tag)),
+            Request::UploadChunk { offset, bytes } => {
+                return self.keep(Command::Chunk(offset, bytes));
+            }
+            Request::UploadCommit => return self.keep(Command::Commit),
+            Request::UploadAbort => return self.keep(Command::Abort),
         }
         Ok(Response::Done)
     }
 
-    fn commit(&mut self) -> Result<Response, Refusal> {
-        let (length, id, bytes) = self.upload.take().ok_or(Refusal::NoUpload)?;
-        if bytes.len() != usize::from(length) || CoefficientSet::id_of(&bytes) != id {
-            return Err(Refusal::WrongIdentity);
+    /// Has the keeper carry out a command.
+    fn keep(&mut self, command: Command) -> Result<Response, Refusal> {
+        let now_ms = self.uptime.as_millis() as u64;
+        let challenges = &mut self.challenges;
+        let random = async |challenge: &mut Challenge| {
+            *challenges += 1;
+            *challenge = challenges.to_le_bytes();
+            true
+        };
+        let before = self.keeper.active().map(|active| active.set);
+        let response = block_on(self.keeper.carry_out(command, now_ms, random));
+        if before != self.keeper.active().map(|active| active.set) {
+            self.track();
         }
-        let set = CoefficientSet::decode(&bytes).map_err(Refusal::Record)?;
-        if set.board != self.uid {
-            return Err(Refusal::OtherBoard);
-        }
-        block_on(self.archive.append(&bytes)).map_err(|_| Refusal::Flash)?;
-        self.load();
-        self.active
-            .as_ref()
-            .map(|(active, ..)| Response::Committed(*active))
-            .ok_or(Refusal::Flash)
+        response
     }
 
+    /// Starts a keeper on what the flash has.
     fn load(&mut self) {
-        let stored = block_on(self.archive.newest()).unwrap();
-        self.active = stored.map(|stored| {
-            let mut buffer = [0; MAX_ENCODED];
-            let encoded = stored.set.encode(&mut buffer).unwrap().to_vec();
-            let length = encoded.len() as u16;
-            let active = ActiveSet {
-                id: stored.id,
-                sequence: stored.sequence,
-                length,
-            };
-            (active, stored.set, encoded)
-        });
-        let sets = self.active.as_ref().map(|(_, set, _)| set);
-        self.tracker = sets.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
+        self.keeper = Keeper::new(self.flash.clone(), self.uid);
+        block_on(self.keeper.start()).unwrap();
+        self.track();
+    }
+
+    fn track(&mut self) {
+        let active = self.keeper.active().map(|active| &active.content);
+        self.tracker = active.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
     }
 
     fn status(&self) -> Status {
         Status {
-            uptime_ms: self.scans * 1_000 / u64::from(self.rate_hz),
+            uptime_ms: self.uptime.as_millis() as u64,
             rate_hz: self.rate_hz,
             scans: self.scans,
             block: self.block,
@@ -405,13 +424,14 @@ impl FakeBoard {
             supply: self.source.supply(),
             supply_readings: 16,
             temperature_c: 31.5,
-            in_calibrated_range: self.active.is_some(),
+            in_calibrated_range: self.keeper.active().is_some(),
             tilt_approximate_rad: None,
             resets: Resets::default(),
             stack: StackUse {
                 deepest: 6_000,
                 size: 24_576,
             },
+            provisioned: self.keeper.is_provisioned(),
             panic: None,
         }
     }

@@ -1,6 +1,6 @@
 //! The whole story on the virtual bench.
 //!
-//! The real firmware boots on the virtual board, the twin is driven through the method, the coefficients are
+//! The real firmware boots on the virtual board and gets its key, the twin is driven through the method, the coefficients are
 //! uploaded, the power is cut and comes back, and a movement that nothing was fitted to judges them.
 //!
 //! - [`story`]: the programs and their order; everything through the commands that a user types.

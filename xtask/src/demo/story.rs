@@ -37,7 +37,9 @@ pub fn tell(parts: &Parts, arguments: &Arguments, folder: &Path) -> anyhow::Resu
     let twin = bench.twin()?;
     bench.papers()?;
     let board = bench.board(&twin)?;
-    eprintln!("— the firmware runs; calibrating");
+    eprintln!("— the firmware runs; giving the board its key");
+    bench.provision(&board)?;
+    eprintln!("— calibrating");
     checked(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
     eprintln!("— uploading");
     checked(&mut bench.upload(&board)?)?;

@@ -11,6 +11,7 @@ use hexsense::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 use hexsense::wire::StreamContent;
+use hexsense::wire::change::Key;
 use hexsense_probe::link::Client;
 
 use crate::counting::{CountingBoard, Counts};
@@ -19,6 +20,8 @@ use crate::counting::{CountingBoard, Counts};
 const BLOCKS_OF_A_DRIVE: u64 = 250;
 /// Drives between one set of coefficients and the next.
 const DRIVES_OF_A_SET: u64 = 10;
+/// The key of a board that has no secrets.
+const KEY: Key = Key([0; 32]);
 /// Longer than any block lasts.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -50,6 +53,9 @@ impl Sessions {
     /// Scans at `rate_hz` in blocks of sixteen until `blocks` have been streamed beside poses; one analyser estimates.
     pub fn run(&mut self, rate_hz: u32, blocks: u64) -> anyhow::Result<Session> {
         let mut client = self.connect()?;
+        if !client.status()?.provisioned {
+            client.provision(&KEY, &KEY)?;
+        }
         client.rate(rate_hz)?;
         client.block_size(BlockSize::Sixteen)?;
         self.upload(&mut client)?;
@@ -98,7 +104,7 @@ impl Sessions {
     fn upload(&mut self, client: &mut Client) -> anyhow::Result<()> {
         let set = self.random.set(client.identity()?.board);
         let mut room = [0; MAX_ENCODED];
-        client.upload(set.encode(&mut room)?)?;
+        client.upload(set.encode(&mut room)?, &KEY)?;
         Ok(())
     }
 }

@@ -1,0 +1,64 @@
+//! `hexsense provision`: a key for the board, without which it changes nothing any more.
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use clap::Args;
+
+use super::arguments::{Key, Port};
+use crate::{files, key_file};
+
+/// Give the board a key; from then on it takes changes (upload, rollback, factory-reset, another key) only with it.
+///
+/// A board is provisioned once, before its first upload, in a place where nobody listens to the line: the key crosses
+/// it as it is. A key file that is not there yet is made, with a random key; one that is there is used as it is. Keep
+/// it safe, and keep a copy: the board never gives the key back, and without it nothing on the board can be changed.
+#[derive(Args)]
+pub struct Provision {
+    #[command(flatten)]
+    port: Port,
+    #[command(flatten)]
+    key: Key,
+    /// File with the key that the board has, to replace it by that of --key
+    #[arg(long, value_name = "FILE")]
+    old_key: Option<PathBuf>,
+}
+
+impl Provision {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// A board that has a key when no old one is named, files that are no keys, and what the link reports.
+    pub fn run(self) -> anyhow::Result<()> {
+        let old = self.old_key.as_deref().map(key_file::load).transpose()?;
+        let mut client = self.port.open()?;
+        let board = files::hex(&client.identity()?.board);
+        match (client.status()?.provisioned, &old) {
+            (true, None) => anyhow::bail!(
+                "board {board} has a key already, and nothing has changed. To replace it, name its file with \
+                 --old-key FILE, and a new one with --key FILE"
+            ),
+            (false, Some(_)) => anyhow::bail!(
+                "board {board} has no key that could be replaced; leave --old-key out"
+            ),
+            _ => {}
+        }
+        let file = self.key.file.display();
+        let new = if self.key.file.exists() {
+            self.key.load()?
+        } else {
+            key_file::create(&self.key.file)?
+        };
+        ensure!(
+            old.as_ref() != Some(&new),
+            "{file}: holds the key that the board has; name a file for the new one with --key FILE"
+        );
+        let sent = client.provision(old.as_ref().unwrap_or(&new), &new);
+        sent.map_err(|error| {
+            anyhow::anyhow!("{error}\n{file} stays as it is: the same command uses its key again")
+        })?;
+        println!("board {board} takes changes only with the key in {file} from now on");
+        println!("keep this file and a copy of it: the board never gives the key back");
+        Ok(())
+    }
+}

@@ -1,0 +1,174 @@
+//! The key in a file: whoever has it may change what the board keeps.
+//!
+//! 64 hexadecimal digits and a newline, readable by its owner alone. A key file is never overwritten: the key in it may
+//! be the only way to change a board again.
+
+use std::fs::OpenOptions;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+use hexsense::wire::change::Key;
+
+use crate::files;
+
+/// Where the key is when nothing else is said.
+pub const DEFAULT: &str = "hexsense.key";
+
+/// Why there is no key. Every message starts with the file's name, and none holds what is in it.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyFileError {
+    /// No such file.
+    #[error(
+        "{file}: there is no such key file; name that of the board with --key FILE, or give a board that has no key \
+         one with `hexsense provision`"
+    )]
+    Missing {
+        /// The file.
+        file: String,
+    },
+    /// The system does not let it be read.
+    #[error("{file}: the key cannot be read: {reason}")]
+    Read {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// Something else is in it.
+    #[error(
+        "{file}: this is no key file, which holds 64 hexadecimal digits and nothing else; name the right one with \
+         --key FILE"
+    )]
+    Content {
+        /// The file.
+        file: String,
+    },
+    /// It is there already.
+    #[error(
+        "{file}: is there already, and key files are never overwritten; name another with --key FILE"
+    )]
+    Exists {
+        /// The file.
+        file: String,
+    },
+    /// The system does not let it be written.
+    #[error("{file}: the key cannot be written: {reason}; name another place with --key FILE")]
+    Write {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// The system has no random numbers.
+    #[error("{file}: no key can be made, since the system gives no random numbers: {reason}")]
+    Random {
+        /// The file.
+        file: String,
+        /// The system's reason.
+        reason: getrandom::Error,
+    },
+}
+
+/// The key in a file.
+///
+/// # Errors
+/// [`KeyFileError::Missing`], [`KeyFileError::Read`] and [`KeyFileError::Content`].
+pub fn load(path: &Path) -> Result<Key, KeyFileError> {
+    let file = path.display().to_string();
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(reason) => {
+            return Err(match reason.kind() {
+                ErrorKind::NotFound => KeyFileError::Missing { file },
+                ErrorKind::InvalidData => KeyFileError::Content { file },
+                _ => KeyFileError::Read { file, reason },
+            });
+        }
+    };
+    files::from_hex(text.trim_end())
+        .map(Key)
+        .ok_or(KeyFileError::Content { file })
+}
+
+/// Makes a random key and a file with it.
+///
+/// # Errors
+/// [`KeyFileError::Exists`], [`KeyFileError::Write`] and [`KeyFileError::Random`].
+pub fn create(path: &Path) -> Result<Key, KeyFileError> {
+    let file = path.display().to_string();
+    let mut key = [0; 32];
+    if let Err(reason) = getrandom::fill(&mut key) {
+        return Err(KeyFileError::Random { file, reason });
+    }
+    save(path, &Key(key)).map_err(|reason| match reason.kind() {
+        ErrorKind::AlreadyExists => KeyFileError::Exists { file },
+        _ => KeyFileError::Write { file, reason },
+    })?;
+    Ok(Key(key))
+}
+
+fn save(path: &Path, key: &Key) -> io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path)?;
+    let written = file
+        .write_all(format!("{}\n", files::hex(&key.0)).as_bytes())
+        .and_then(|()| file.sync_all());
+    if written.is_err() {
+        // Half a key is of no use, and would be in the way of a whole one.
+        let _ = std::fs::remove_file(path);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_that_was_made_is_read_back_and_never_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        let key = create(&path).unwrap();
+        assert!(load(&path).unwrap() == key);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!((text.len(), text.ends_with('\n')), (65, true));
+        let error = create(&path).unwrap_err();
+        assert!(matches!(error, KeyFileError::Exists { .. }), "{error}");
+        assert!(load(&path).unwrap() == key);
+        assert!(create(&folder.path().join("other.key")).unwrap() != key);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_file_is_its_owners_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        create(&path).unwrap();
+        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
+
+    #[test]
+    fn what_is_no_key_is_named_and_not_printed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        let missing = load(&path).unwrap_err().to_string();
+        assert!(
+            missing.contains("board.key") && missing.contains("hexsense provision"),
+            "{missing}"
+        );
+        let digits = "5ec".repeat(22);
+        for text in ["", &digits[..63], &digits[..65], &"x".repeat(64)] {
+            std::fs::write(&path, text).unwrap();
+            let error = load(&path).unwrap_err().to_string();
+            assert!(error.contains("board.key: this is no key file"), "{error}");
+            assert!(!error.contains("5ec5ec"), "{error}");
+        }
+        std::fs::write(&path, &digits[..64]).unwrap();
+        load(&path).unwrap();
+    }
+}
