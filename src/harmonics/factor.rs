@@ -29,8 +29,9 @@ impl Factor {
             }
             let square = matrix[row(i) + i];
             let unexplained = square - dot(&matrix, i, i, i);
+            let determined = unexplained > LEAST_UNEXPLAINED * square;
             // Not a number is not greater either.
-            if !(unexplained > LEAST_UNEXPLAINED * square) {
+            if !determined {
                 return None;
             }
             matrix[row(i) + i] = 1.0 / libm::sqrt(unexplained);
