@@ -16,6 +16,7 @@
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
 //! | [`cli`] | the commands |
+//! | [`date`] | the host's clock, and dates as people read them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -24,6 +25,7 @@ pub mod campaign;
 pub mod capture;
 pub mod cli;
 pub mod coefficient_file;
+pub mod date;
 pub mod files;
 pub mod geometry_file;
 pub mod key_file;

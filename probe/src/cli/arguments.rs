@@ -6,8 +6,8 @@ use std::time::UNIX_EPOCH;
 use clap::Args;
 use hexsense::wire::change;
 
+use crate::date;
 use crate::key_file::{self, KeyFileError};
-use crate::link::change::unix_s;
 use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 
@@ -100,7 +100,7 @@ impl Bench {
     /// Date of the campaign, seconds since 1970-01-01 UTC.
     #[must_use]
     pub fn unix_s(&self) -> u64 {
-        self.date.unwrap_or_else(unix_s)
+        self.date.unwrap_or_else(date::now)
     }
 }
 

@@ -4,9 +4,10 @@ use clap::Args;
 use hexsense::wire::VERSION;
 
 use super::arguments::Port;
+use super::status::key;
 use crate::files;
 
-/// Print who the board is: its identity, its firmware, and why it last started; `hexsense status` prints how it is.
+/// Print who the board is: its identity, its firmware, why it last started and whether it has a key; `hexsense status` prints how it is.
 #[derive(Args)]
 pub struct Info {
     #[command(flatten)]
@@ -32,6 +33,7 @@ impl Info {
             VERSION
         );
         println!("last start     {:?}", identity.reset);
+        println!("key            {}", key(client.status()?.provisioned));
         Ok(())
     }
 }

@@ -6,11 +6,15 @@
 mod arguments;
 mod calibrate;
 mod capture;
+mod factory_reset;
+mod history;
 mod info;
 mod kinematics;
+mod log;
 mod plan;
 mod provision;
 mod report;
+mod rollback;
 mod session;
 mod show;
 mod status;
@@ -45,6 +49,10 @@ enum Command {
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
+    History(history::History),
+    Rollback(rollback::Rollback),
+    FactoryReset(factory_reset::FactoryReset),
+    Log(log::Log),
     Kinematics(kinematics::Kinematics),
 }
 
@@ -61,6 +69,10 @@ pub fn run() -> ExitCode {
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::History(command) => command.run(),
+        Command::Rollback(command) => command.run(),
+        Command::FactoryReset(command) => command.run(),
+        Command::Log(command) => command.run(),
         Command::Kinematics(command) => command.run(),
     };
     match result {

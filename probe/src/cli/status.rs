@@ -15,7 +15,7 @@ use crate::link::{Client, LinkError};
 const CORE_HZ: f64 = 150e6;
 
 /// Print how the board is: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
-/// temperature, active set, last panic.
+/// temperature, key, active set, last panic.
 ///
 /// The board counts the core cycles that the sample path takes for each block, from the first half-filled ring to sums
 /// and values; least, most and latest since the converters were last started are printed, with the time at 150 MHz and
@@ -108,6 +108,7 @@ impl Reading {
             let (roll, pitch) = (roll.to_degrees(), pitch.to_degrees());
             lines.push(("tilt, rough", format!("roll {roll:.1}°, pitch {pitch:.1}°")));
         }
+        lines.push(("key", key(status.provisioned).to_owned()));
         let set = match self.active {
             Some(set) => format!("set {}, commit {}", set.id, set.sequence),
             None => "none; calibrate and upload a set".to_owned(),
@@ -257,6 +258,7 @@ impl Reading {
             "temperature_c": status.temperature_c,
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
             "tilt_approximate_rad": status.tilt_approximate_rad,
+            "provisioned": status.provisioned,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
             "panic": status.panic.as_deref(),
         })
@@ -279,6 +281,15 @@ fn clock(status: &BoardStatus) -> &'static str {
         "crystal"
     } else {
         "internal oscillator, about 1 % off: not fit to calibrate"
+    }
+}
+
+/// Whether the board has a key, in words.
+pub(super) fn key(provisioned: bool) -> &'static str {
+    if provisioned {
+        "provisioned; the board takes changes only with its key"
+    } else {
+        "NONE: the board takes no changes until `hexsense provision` gives it a key"
     }
 }
 
