@@ -16,7 +16,7 @@ use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
-use crate::link::change::unix_s;
+use crate::date;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 
@@ -99,7 +99,7 @@ impl Calibrate {
                 .try_into()
                 .unwrap_or_default(),
             geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun.date_unix_s.unwrap_or_else(unix_s),
+            unix_s: begun.date_unix_s.unwrap_or_else(date::now),
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,
