@@ -312,6 +312,7 @@ fn a_board_that_dies_during_a_run_says_what_is_safe_and_how_to_go_on() {
         .unwrap()
         .current_dir(folder.path())
         .args(calibrate(&port))
+        .args(["--board-wait", "0"])
         .write_stdin("\n")
         .output()
         .unwrap();
@@ -321,7 +322,7 @@ fn a_board_that_dies_during_a_run_says_what_is_safe_and_how_to_go_on() {
         "run zero broke off: the connection to the board",
         "nothing on the board has changed",
         "campaign holds no complete run yet",
-        "hexsense calibrate --port",
+        "hexsense calibrate --resume campaign --port lockstep:",
     ] {
         assert!(text.contains(part), "{part:?} is not in: {text}");
     }

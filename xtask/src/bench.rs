@@ -87,6 +87,11 @@ impl Bench<'_> {
 
     /// Switches the board on; it says its address `link`. Dropping it pulls the plug.
     pub fn board(&self, twin: &Beside) -> anyhow::Result<Beside> {
+        self.board_on(twin, "lockstep:127.0.0.1:0")
+    }
+
+    /// The same on a link of this address.
+    pub fn board_on(&self, twin: &Beside, link: &str) -> anyhow::Result<Beside> {
         let mut board = Command::new(&self.parts.virtual_board);
         board
             .arg("--elf")
@@ -94,7 +99,7 @@ impl Bench<'_> {
             .arg("--flash")
             .arg(self.folder.join("flash.bin"));
         let pins = format!("tcp:{}", twin.address("pins")?);
-        board.args(["--link", "lockstep:127.0.0.1:0", "--pins", &pins]);
+        board.args(["--link", link, "--pins", &pins]);
         let log = self.folder.join("board.log");
         let log = std::fs::OpenOptions::new()
             .create(true)
@@ -136,6 +141,14 @@ impl Bench<'_> {
     pub fn provision(&self, board: &Beside) -> anyhow::Result<()> {
         let mut hexsense = self.hexsense("provision", board)?;
         checked(hexsense.arg("--key").arg(self.key()))
+    }
+
+    /// `hexsense calibrate` of the campaign that broke off, from its folder alone.
+    pub fn resume(&self, board: &Beside, twin: &Beside) -> anyhow::Result<Command> {
+        let mut hexsense = self.hexsense("calibrate", board)?;
+        hexsense.arg("--resume").arg(self.campaign());
+        hexsense.args(["--twin", twin.address("control")?]);
+        Ok(hexsense)
     }
 
     /// `hexsense upload` of the campaign's coefficients.

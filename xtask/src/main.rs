@@ -31,6 +31,7 @@ mod system_test;
 mod test;
 mod thumb;
 mod timing;
+mod told;
 
 use clap::{Parser, Subcommand};
 

@@ -3,12 +3,12 @@
 //! - the demo twice from one seed: it holds, and every byte is the same again;
 //! - streams at every rate: no scan is missing, values are those that the counts give, and what the link cannot carry is
 //!   refused;
-//! - the plug pulled during a run and during an upload: the host tool says so in time, nothing is half, and starting
-//!   again works.
+//! - the plug pulled in runs and in an upload: the host tool says so in time, nothing is half, the campaign goes on by
+//!   itself or from its folder, and the upload can be repeated.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
@@ -21,9 +21,10 @@ use crate::bench::Bench;
 use crate::build::{self, Parts};
 use crate::demo;
 use crate::process::{Beside, checked, output};
+use crate::told::{self, Told};
 
-/// Within this time the host tool must say what happened.
-const TOLD_WITHIN: Duration = Duration::from_secs(5);
+/// A campaign takes less, on two busy cores.
+const CAMPAIGN_TAKES: Duration = Duration::from_secs(180);
 const SEED: u64 = 1;
 const GEOMETRY: &str = "an-74tk-200";
 
@@ -130,7 +131,7 @@ pub fn streams() -> anyhow::Result<()> {
         (4_000, 16),
         &["--values"],
     )?)?;
-    let (success, said) = refused.ended()?;
+    let (success, said) = refused.ended(told::WITHIN)?;
     ensure!(
         !success && said.contains("the link cannot carry"),
         "4 kHz with values was not refused: {said}"
@@ -180,40 +181,70 @@ fn capture_command(
     Ok(capture)
 }
 
-/// The plug pulled during a run, then during an upload.
+/// The plug pulled in three runs of a campaign, then during an upload.
 pub fn plug_pulled() -> anyhow::Result<()> {
     let parts = Parts::find()?;
     let folder = build::workspace().join("target/system-test/plug");
     let bench = bench(&parts, &folder)?;
     let twin = bench.twin()?;
     bench.papers()?;
+    pulled_in_runs(&bench, &twin).context("the plug pulled in a run")?;
+    pulled_in_an_upload(&bench, &twin).context("the plug pulled in an upload")
+}
 
-    let board = bench.board(&twin)?;
-    let calibrate = Told::start(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
-    wait_for(&bench.campaign().join("captures/pitch.json"))?;
+/// A board that stays away is reported, at once or after the time that was said, and the campaign goes on from its
+/// folder; one that comes back is waited for, and the campaign goes on by itself.
+fn pulled_in_runs(bench: &Bench, twin: &Beside) -> anyhow::Result<()> {
+    let captures = bench.campaign().join("captures");
+    let board = bench.board(twin)?;
+    let mut calibrate = bench.drive("calibrate", &board, twin, 0)?;
+    let calibrate = Told::start(calibrate.args(["--board-wait", "0"]))?;
+    wait_for(&captures.join("pitch.json"))?;
     drop(board);
     calibrate.must_explain("starting again goes on")?;
-    let board = bench.board(&twin)?;
-    checked(&mut bench.drive("calibrate", &board, &twin, 0)?)
-        .context("after the plug was pulled in a run")?;
+
+    let board = bench.board(twin)?;
+    let mut resume = bench.resume(&board, twin)?;
+    let resume = Told::start(resume.args(["--board-wait", "2"]))?;
+    wait_for(&captures.join("roll.json"))?;
+    drop(board);
+    resume.must_explain("starting again goes on")?;
+
+    let board = bench.board(twin)?;
+    let link = board.address("link")?.to_owned();
+    let mut resume = Told::start(&mut bench.resume(&board, twin)?)?;
+    wait_for(&captures.join("heave.json"))?;
+    drop(board);
+    resume.says("waiting 60 s for the board to come back")?;
+    let board = bench.board_on(twin, &link)?;
+    resume.says("is recorded again from its start")?;
+    resume.must_succeed(CAMPAIGN_TAKES)?;
+    ensure!(bench.coefficients().exists(), "no coefficients were made");
     ensure!(
         bench.active_id(&board).is_err(),
         "a set is active that was never uploaded"
     );
+    Ok(())
+}
 
+/// The old set or the new one is active, and the upload can be repeated.
+fn pulled_in_an_upload(bench: &Bench, twin: &Beside) -> anyhow::Result<()> {
+    let board = bench.board(twin)?;
     bench.provision(&board)?;
-    let before = std::fs::read(folder.join("flash.bin"))?;
+    let flash = bench.folder.join("flash.bin");
+    let before = std::fs::read(&flash)?;
     let upload = Told::start(&mut bench.upload(&board)?)?;
-    while std::fs::read(folder.join("flash.bin"))? == before {
+    let start = Instant::now();
+    while std::fs::read(&flash)? == before {
         ensure!(
-            upload.since.elapsed() < TOLD_WITHIN,
+            start.elapsed() < told::WITHIN,
             "the upload never reached the flash"
         );
     }
     drop(board);
-    upload.ended()?;
-    let board = bench.board(&twin)?;
-    checked(&mut bench.upload(&board)?).context("after the plug was pulled in an upload")?;
+    upload.ended(told::WITHIN)?;
+    let board = bench.board(twin)?;
+    checked(&mut bench.upload(&board)?)?;
     bench.active_id(&board).map(drop)
 }
 
@@ -228,51 +259,4 @@ fn wait_for(file: &Path) -> anyhow::Result<()> {
         std::thread::sleep(Duration::from_millis(5));
     }
     Ok(())
-}
-
-/// A command of the host tool that will lose its board.
-struct Told {
-    child: Child,
-    since: Instant,
-}
-
-impl Told {
-    fn start(command: &mut Command) -> anyhow::Result<Self> {
-        command
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped());
-        Ok(Self {
-            child: command.spawn()?,
-            since: Instant::now(),
-        })
-    }
-
-    /// Waits for its end, which must come in time, and returns whether it succeeded and what it said.
-    fn ended(mut self) -> anyhow::Result<(bool, String)> {
-        let start = Instant::now();
-        while self.child.try_wait()?.is_none() {
-            if start.elapsed() > TOLD_WITHIN {
-                self.child.kill()?;
-                anyhow::bail!("hexsense said nothing within {} s", TOLD_WITHIN.as_secs());
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        let output = self.child.wait_with_output()?;
-        Ok((
-            output.status.success(),
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        ))
-    }
-
-    /// It must fail, say what is safe and what to do next.
-    fn must_explain(self, what: &str) -> anyhow::Result<()> {
-        let (success, said) = self.ended()?;
-        ensure!(!success, "hexsense succeeded without a board");
-        ensure!(
-            said.contains("safe:") && said.contains("do next:"),
-            "hexsense does not say that {what}: {said}"
-        );
-        Ok(())
-    }
 }

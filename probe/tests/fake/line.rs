@@ -60,25 +60,37 @@ impl Transport for Line {
     }
 }
 
-/// Serves a board in lockstep, to one host after another; the port to give to `--port`. A board whose power was cut
-/// is switched on again when the next host comes.
+/// Serves a board in lockstep, to one host after another; the port to give to `--port`. A board whose line was cut
+/// comes back when the next host comes.
 pub fn lockstep(board: FakeBoard) -> String {
+    shared(&Arc::new(Mutex::new(board)))
+}
+
+/// The same for a board that the test looks at meanwhile.
+pub fn shared(board: &Arc<Mutex<FakeBoard>>) -> String {
     let listener = source::listener();
     let port = format!("lockstep:{}", source::address(&listener));
+    let board = Arc::clone(board);
     std::thread::spawn(move || {
-        let (mut board, mut now) = (board, Duration::ZERO);
+        let mut now = Duration::ZERO;
         while let Ok((stream, _)) = listener.accept() {
-            if board.cut {
-                board.switch_on();
+            let mut guard = board.lock().unwrap();
+            if guard.cut {
+                guard.come_back();
             }
+            drop(guard);
             // A host that goes away is none of the board's business.
-            let _ = serve(stream, &mut board, &mut now);
+            let _ = serve(stream, &board, &mut now);
         }
     });
     port
 }
 
-fn serve(mut stream: TcpStream, board: &mut FakeBoard, now: &mut Duration) -> std::io::Result<()> {
+fn serve(
+    mut stream: TcpStream,
+    board: &Mutex<FakeBoard>,
+    now: &mut Duration,
+) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     loop {
         let mut head = [0; 8];
@@ -87,15 +99,18 @@ fn serve(mut stream: TcpStream, board: &mut FakeBoard, now: &mut Duration) -> st
             [0, 4].map(|at| u32::from_le_bytes(head[at..at + 4].try_into().unwrap()));
         let mut bytes = vec![0; length as usize];
         stream.read_exact(&mut bytes)?;
+        let mut board = board.lock().unwrap();
         let mut out = board.take(&bytes);
         let end = *now + Duration::from_micros(run_us.into());
         while out.is_empty() && *now < end && !board.cut {
             *now += board.block_time();
             out = board.block().unwrap_or_default();
+            std::thread::sleep(board.pace);
         }
         if board.cut {
             return Ok(());
         }
+        drop(board);
         stream.write_all(&(now.as_micros() as u64).to_le_bytes())?;
         stream.write_all(&(out.len() as u32).to_le_bytes())?;
         stream.write_all(&out)?;

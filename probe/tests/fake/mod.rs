@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "every test takes what it needs")]
 
+pub mod bench;
 pub mod flash;
 pub mod key;
 pub mod line;
@@ -36,6 +37,9 @@ use source::Source;
 /// Scans of one second after the start.
 pub const RATE_HZ: u32 = 1_000;
 
+/// Blocks that pass while a line is cut.
+pub const AWAY_BLOCKS: u64 = 30;
+
 /// What goes wrong, counted in requests from 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
@@ -59,6 +63,12 @@ pub enum Fault {
     WornFlash,
     /// The line is cut after so many blocks.
     CutAfterBlocks(u64),
+    /// The line is cut after so many blocks, and the board goes on meanwhile.
+    LineCutAfterBlocks(u64),
+    /// The line is cut after so many blocks, and another board comes back.
+    SwappedAfterBlocks(u64),
+    /// The board sends no block any more after so many.
+    StarvesAfterBlocks(u64),
     /// The board's poses are off by so much along X, m.
     PoseOff(f32),
 }
@@ -75,6 +85,8 @@ pub struct FakeBoard {
     pub heard: Vec<u8>,
     /// Loses the frames of these blocks, counted from the start of the board.
     pub lose_blocks: std::ops::Range<u64>,
+    /// What a block takes of the time of the test.
+    pub pace: Duration,
     source: Box<dyn Source>,
     requests: u32,
     late: Vec<u8>,
@@ -118,6 +130,7 @@ impl FakeBoard {
             flash,
             heard: Vec::new(),
             lose_blocks: 0..0,
+            pace: Duration::ZERO,
             source,
             requests: 0,
             late: Vec::new(),
@@ -160,6 +173,33 @@ impl FakeBoard {
     /// Lets time pass in which nothing happens.
     pub fn wait(&mut self, time: Duration) {
         self.uptime += time;
+    }
+
+    /// Comes back after the line was cut.
+    pub fn come_back(&mut self) {
+        match self.fault {
+            Fault::LineCutAfterBlocks(_) => {
+                (self.fault, self.cut) = (Fault::None, false);
+                for _ in 0..AWAY_BLOCKS {
+                    self.block();
+                }
+            }
+            Fault::SwappedAfterBlocks(_) => {
+                self.uid = *b"fake board 2";
+                self.switch_on();
+            }
+            _ => self.switch_on(),
+        }
+    }
+
+    /// Whether it sends blocks.
+    pub fn streams(&self) -> bool {
+        self.stream.has_blocks()
+    }
+
+    /// Counter of the next scan.
+    pub fn scans(&self) -> u64 {
+        self.scans
     }
 
     /// Takes bytes from the host; what the board answers.
@@ -213,13 +253,22 @@ impl FakeBoard {
         self.blocks += 1;
         self.uptime += self.block_time();
         self.scans += self.block.scans() as u64;
-        self.cut |= matches!(self.fault, Fault::CutAfterBlocks(blocks) if self.blocks > blocks);
+        self.cut |= matches!(
+            self.fault,
+            Fault::CutAfterBlocks(blocks)
+            | Fault::LineCutAfterBlocks(blocks)
+            | Fault::SwappedAfterBlocks(blocks) if self.blocks > blocks
+        );
         let scans = 0..self.block.scans();
         let scans: Vec<Scan> = scans.map(|_| self.source.scan(self.rate_hz)).collect();
         for analyser in &mut self.analysers {
             analyser.take(&BlockSums::of_scans(&scans, first_scan));
         }
-        let silent = matches!(self.fault, Fault::SilentFrom(from) if self.requests >= from);
+        let silent = match self.fault {
+            Fault::SilentFrom(from) => self.requests >= from,
+            Fault::StarvesAfterBlocks(blocks) => self.blocks > blocks,
+            _ => false,
+        };
         let lost = self.lose_blocks.contains(&self.blocks);
         if silent || lost {
             return None;
