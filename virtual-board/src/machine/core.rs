@@ -25,7 +25,12 @@ use crate::peripherals::rcc::ResetCause;
 /// way to clear it, and an exception must.
 const CLEAR_MONITOR: [u8; 8] = [0xBF, 0xF3, 0x2F, 0x8F, 0xDF, 0xF8, 0x00, 0xF0];
 const STUB_TARGET: usize = CLEAR_MONITOR.len();
-const STUB_SIZE: usize = 4096;
+const STUB_SIZE: usize = 2 * 4096;
+/// An endless loop, beside the stub: what a core that hangs executes.
+const LOOP: usize = 4096;
+const BRANCH_TO_SELF: [u8; 2] = [0xFE, 0xE7];
+/// Where that loop is.
+pub(super) const LOOP_AT: u32 = STUB_BASE + LOOP as u32;
 /// End of the stub page, which is never reached: the emulator wants an address to stop at.
 const NOWHERE: u32 = STUB_BASE + STUB_SIZE as u32 - 2;
 
@@ -88,6 +93,7 @@ impl Machine {
         uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
         let mut stub = Block::new(STUB_SIZE);
         assert!(stub.write(0, &CLEAR_MONITOR), "it fits");
+        assert!(stub.write(LOOP, &BRANCH_TO_SELF), "it fits");
         hooks::connect(&mut uc, &stub)?;
         let mut machine = Self {
             uc,
