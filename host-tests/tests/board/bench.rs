@@ -45,6 +45,8 @@ pub struct Board {
     deframer: Box<Deframer<MAX_FRAME>>,
     sequence: u16,
     held: usize,
+    /// A reset may cut a frame off.
+    faulty: bool,
     pub now_us: u64,
     pub blocks: Vec<Arrived>,
     pub poses: Vec<PoseReport>,
@@ -108,6 +110,7 @@ impl Board {
             deframer: Box::default(),
             sequence: 0,
             held: 0,
+            faulty: !faults.is_empty(),
             now_us: 0,
             blocks: Vec::new(),
             poses: Vec::new(),
@@ -215,7 +218,10 @@ impl Board {
             let Closed::Frame(bytes) = closed else {
                 panic!("an overlong frame");
             };
-            let frame = frame::decode(bytes).unwrap();
+            let frame = match frame::decode(bytes) {
+                Err(_) if self.faulty => continue,
+                frame => frame.unwrap(),
+            };
             let length = std::mem::take(&mut self.held);
             match frame.kind {
                 Kind::Response => {

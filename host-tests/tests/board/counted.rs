@@ -84,10 +84,10 @@ fn each_fault_is_counted_as_what_it_is_and_as_nothing_else() {
 fn flaws_of_the_flash_are_counted_when_they_are_read() {
     let mut board = Board::on("flaws");
     upload(&mut board, 1);
-    // The archive looks at the begin of every page when it starts.
+    // The archive looks at the begin of both its halves when it starts.
     let mut board = board.power_cycled(
         "{\"at_s\":0,\"fault\":\"bit_error\",\"address\":\"0x08040000\",\"bits\":1}\n\
-         {\"at_s\":0,\"fault\":\"bit_error\",\"address\":\"0x08041000\",\"bits\":2}\n",
+         {\"at_s\":0,\"fault\":\"bit_error\",\"address\":\"0x08042000\",\"bits\":2}\n",
     );
     board.run_s(1.0);
     let status = board.status();

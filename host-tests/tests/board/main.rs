@@ -12,3 +12,4 @@ mod stack;
 mod stream;
 mod sums;
 mod triggers;
+mod writes;
