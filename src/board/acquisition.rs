@@ -40,7 +40,7 @@ pub enum Fault {
     Overrun,
     /// A block was not read before it was overwritten.
     Late,
-    /// No block in three times the time that one takes.
+    /// No block in three times the time that one takes, and no overrun.
     Stuck,
 }
 
@@ -71,6 +71,20 @@ impl<const N: usize> Ring<N> {
 
 static INERTIAL_RING: Ring<INERTIAL> = Ring::new();
 static JACK_RING: Ring<JACKS> = Ring::new();
+
+/// Why no block came: a converter that had an overrun makes no more results, and so no interrupt either.
+pub fn why_no_block() -> Fault {
+    if overrun() {
+        Fault::Overrun
+    } else {
+        Fault::Stuck
+    }
+}
+
+#[inline(always)]
+fn overrun() -> bool {
+    pac::ADC1.isr().read().ovr() | pac::ADC2.isr().read().ovr()
+}
 
 /// A block that lies complete in the rings.
 pub struct Filled {
@@ -105,8 +119,7 @@ impl Filled {
         };
         let in_step =
             elsewhere(INERTIAL_DMA, scans * INERTIAL) & elsewhere(JACK_DMA, scans * JACKS);
-        let overrun = pac::ADC1.isr().read().ovr() | pac::ADC2.isr().read().ovr();
-        Some(if overrun {
+        Some(if overrun() {
             Err(Fault::Overrun)
         } else if (first & second) | !in_step {
             Err(Fault::Late)

@@ -7,8 +7,8 @@
 
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
-use embassy_stm32::usart::{Config, Error, Uart, UartTx};
-use embassy_time::with_timeout;
+use embassy_stm32::usart::{Config, Error, RingBufferedUartRx, Uart, UartTx};
+use embassy_time::{Instant, Timer, with_timeout};
 use hexsense::wire::frame::Deframer;
 use hexsense::wire::{BAUD, MAX_FRAME};
 use static_cell::ConstStaticCell;
@@ -19,92 +19,117 @@ use super::identity::Origin;
 use super::path;
 use super::pins::{self, Irqs};
 use super::tallies;
-use super::timing::{LINK_HEARTBEAT, RECEIVE_RING};
+use super::timing::{DEAF_AFTER_ERROR, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING};
 
 /// Talks to the host for ever.
 #[embassy_executor::task]
-pub async fn talk(parts: pins::Serial, origin: Origin, exchange: &'static Exchange) -> ! {
+pub async fn talk(mut parts: pins::Serial, origin: Origin, exchange: &'static Exchange) -> ! {
     static RING: ConstStaticCell<[u8; RECEIVE_RING]> = ConstStaticCell::new([0; RECEIVE_RING]);
-    let mut config = Config::default();
-    config.baudrate = BAUD;
-    let port = Uart::new(
-        parts.uart,
-        parts.rx,
-        parts.tx,
-        parts.tx_dma,
-        parts.rx_dma,
-        Irqs,
-        config,
-    );
-    // The bit rate is a constant that the clock can make.
-    let (tx, rx) = port.expect("the port's settings are constants").split();
-    let mut rx = rx.into_ring_buffered(RING.take());
-    let mut sender = Sender {
-        tx,
+    let ring = RING.take();
+    let mut talk = Talk {
+        desk: Desk::new(origin, exchange),
+        deframer: Deframer::default(),
         frame: [0; MAX_FRAME],
+        exchange,
     };
-    let mut desk = Desk::new(origin, exchange);
-    let mut deframer = Deframer::<MAX_REQUEST_FRAME>::default();
-    let mut input = [0; 64];
     loop {
-        exchange.alive.link.signal(());
-        let next = select4(
-            rx.read(&mut input),
-            path::block_waits(),
-            exchange.answers.receive(),
-            exchange.pose.wait(),
+        let mut config = Config::default();
+        config.baudrate = BAUD;
+        let port = Uart::new(
+            parts.uart.reborrow(),
+            parts.rx.reborrow(),
+            parts.tx.reborrow(),
+            parts.tx_dma.reborrow(),
+            parts.rx_dma.reborrow(),
+            Irqs,
+            config,
         );
-        let Ok(next) = with_timeout(LINK_HEARTBEAT, next).await else {
-            continue;
-        };
-        match next {
-            Either4::First(Ok(length)) => {
-                for byte in &input[..length] {
-                    if let Some(closed) = deframer.push(*byte) {
-                        let length = desk.take_in(closed, &mut sender.frame);
-                        sender.send(length).await;
-                    }
-                }
-            }
-            Either4::First(Err(error)) => {
-                defmt::debug!("receiver: {}", error);
-                tallies::note(match error {
-                    Error::Overrun => |events| &mut events.receiver_overruns,
-                    _ => |events| &mut events.receiver_errors,
-                });
-                rx.start_uart();
-            }
-            Either4::Second(()) => {
-                let length = desk.pass_on(&mut sender.frame);
-                sender.send(length).await;
-            }
-            Either4::Third(answer) => {
-                let length = desk.hand_out(&answer, &mut sender.frame);
-                sender.send(length).await;
-            }
-            Either4::Fourth(report) => {
-                let length = desk.pass_on_pose(&report, &mut sender.frame);
-                sender.send(length).await;
-            }
-        }
+        // The bit rate is a constant that the clock can make.
+        let (mut tx, rx) = port.expect("the port's settings are constants").split();
+        talk.until_error(&mut tx, &mut rx.into_ring_buffered(ring))
+            .await;
+        // The last characters may still be on the line. The driver's flush would wait for ever: its receiver clears the flag.
+        Timer::after(LAST_CHARACTERS).await;
     }
 }
 
-/// The transmitter and the frame it sends.
-struct Sender {
-    tx: UartTx<'static, Async>,
+/// The link but for its port.
+struct Talk {
+    desk: Desk,
+    deframer: Deframer<MAX_REQUEST_FRAME>,
     frame: [u8; MAX_FRAME],
+    exchange: &'static Exchange,
 }
 
-impl Sender {
+impl Talk {
+    /// Talks until the receiver has had an error, and for a while after that only sends. Then the port must be set up
+    /// anew: a DMA channel that was stopped does not go on where it was (RM0440, 12.4.5), as the driver assumes.
+    async fn until_error(&mut self, tx: &mut UartTx<'_, Async>, rx: &mut RingBufferedUartRx<'_>) {
+        let mut input = [0; 64];
+        let mut deaf_until = None;
+        loop {
+            self.exchange.alive.link.signal(());
+            let receive = async {
+                match deaf_until {
+                    None => rx.read(&mut input).await.map_err(Some),
+                    Some(end) => {
+                        Timer::at(end).await;
+                        Err(None)
+                    }
+                }
+            };
+            let next = select4(
+                receive,
+                path::block_waits(),
+                self.exchange.answers.receive(),
+                self.exchange.pose.wait(),
+            );
+            let Ok(next) = with_timeout(LINK_HEARTBEAT, next).await else {
+                continue;
+            };
+            let length = match next {
+                Either4::First(Ok(length)) => {
+                    self.take_in(&input[..length], tx).await;
+                    continue;
+                }
+                Either4::First(Err(Some(error))) => {
+                    count(error);
+                    deaf_until = Some(Instant::now() + DEAF_AFTER_ERROR);
+                    continue;
+                }
+                Either4::First(Err(None)) => return,
+                Either4::Second(()) => self.desk.pass_on(&mut self.frame),
+                Either4::Third(answer) => self.desk.hand_out(&answer, &mut self.frame),
+                Either4::Fourth(report) => self.desk.pass_on_pose(&report, &mut self.frame),
+            };
+            self.send(length, tx).await;
+        }
+    }
+
+    async fn take_in(&mut self, bytes: &[u8], tx: &mut UartTx<'_, Async>) {
+        for byte in bytes {
+            if let Some(closed) = self.deframer.push(*byte) {
+                let length = self.desk.take_in(closed, &mut self.frame);
+                self.send(length, tx).await;
+            }
+        }
+    }
+
     /// Sends the first `length` bytes of the frame, if there are any.
-    async fn send(&mut self, length: Option<usize>) {
+    async fn send(&mut self, length: Option<usize>, tx: &mut UartTx<'_, Async>) {
         let Some(bytes) = length.and_then(|length| self.frame.get(..length)) else {
             return;
         };
-        if let Err(error) = self.tx.write(bytes).await {
-            defmt::warn!("transmitter: {}", error);
+        if tx.write(bytes).await.is_err() {
             tallies::note(|events| &mut events.frames_unsent);
         }
     }
+}
+
+/// Counts an error of the receiver.
+fn count(error: Error) {
+    tallies::note(match error {
+        Error::Overrun => |events| &mut events.receiver_overruns,
+        _ => |events| &mut events.receiver_errors,
+    });
 }

@@ -11,7 +11,7 @@ use embassy_time::{Instant, Timer};
 use hexsense::sampling::{BlockSize, Prepared, RATES_HZ};
 use hexsense::wire::Response;
 
-use super::acquisition::{Fault, Run};
+use super::acquisition::{self, Fault, Run};
 use super::exchange::{Active, Exchange, Guard};
 use super::path::{self, Path, Progress};
 use super::pins;
@@ -148,7 +148,7 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &m
                 exchange.answers.send(Response::Done).await;
             }
         } else if Instant::now() >= due {
-            return End::Fault(Fault::Stuck);
+            return End::Fault(acquisition::why_no_block());
         }
     }
 }

@@ -101,6 +101,13 @@ pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 /// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
 pub const RECEIVE_RING: usize = 2_048;
 
+/// How long the receiver is off after an error, in which the link goes on sending. A line full of noise then costs the
+/// core a thousand errors a second at most.
+pub const DEAF_AFTER_ERROR: Duration = Duration::from_millis(1);
+
+/// From the end of a transmission's DMA to that of its last character: two characters take 10 µs.
+pub const LAST_CHARACTERS: Duration = Duration::from_micros(20);
+
 /// The watchdog resets a board of which a part makes no progress for so long: longer than the slowest flash
 /// operation (a page is erased in 22 ms, and a commit may need several), shorter than a user's patience.
 pub const WATCHDOG_US: u32 = 1_000_000;

@@ -45,6 +45,8 @@ pub struct Board {
     deframer: Box<Deframer<MAX_FRAME>>,
     sequence: u16,
     held: usize,
+    /// A reset may cut a frame off.
+    faulty: bool,
     pub now_us: u64,
     pub blocks: Vec<Arrived>,
     pub poses: Vec<PoseReport>,
@@ -64,12 +66,31 @@ impl Board {
         let flash =
             std::env::temp_dir().join(format!("hexsense-{}-{name}.bin", std::process::id()));
         let _ = std::fs::remove_file(&flash);
-        let mut child = Command::new(place("HEXSENSE_VIRTUAL_BOARD"))
+        let mut board = Self::power(flash, "");
+        board.run_s(1.0);
+        board
+    }
+
+    /// Pulls the plug and powers the same board on again, at time 0. Faults come as the virtual board's file of faults
+    /// says, see docs/virtual-bench.md.
+    pub fn power_cycled(mut self, faults: &str) -> Self {
+        Self::power(std::mem::take(&mut self.flash), faults)
+    }
+
+    fn power(flash: PathBuf, faults: &str) -> Self {
+        let mut command = Command::new(place("HEXSENSE_VIRTUAL_BOARD"));
+        command
             .arg("--elf")
             .arg(place("HEXSENSE_FIRMWARE"))
             .arg("--flash")
             .arg(&flash)
-            .args(["--link", "lockstep:127.0.0.1:0", "--count", "sample_path"])
+            .args(["--link", "lockstep:127.0.0.1:0", "--count", "sample_path"]);
+        if !faults.is_empty() {
+            let file = flash.with_extension("faults");
+            std::fs::write(&file, faults).unwrap();
+            command.arg("--faults").arg(file);
+        }
+        let mut child = command
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -81,7 +102,7 @@ impl Board {
         let address = link["link"].as_str().unwrap();
         let stream = TcpStream::connect(address.strip_prefix("lockstep:").unwrap()).unwrap();
         stream.set_nodelay(true).unwrap();
-        let mut board = Self {
+        Self {
             child,
             stdout,
             stream,
@@ -89,13 +110,12 @@ impl Board {
             deframer: Box::default(),
             sequence: 0,
             held: 0,
+            faulty: !faults.is_empty(),
             now_us: 0,
             blocks: Vec::new(),
             poses: Vec::new(),
             answer: None,
-        };
-        board.run_s(1.0);
-        board
+        }
     }
 
     /// Lets time pass.
@@ -119,6 +139,22 @@ impl Board {
         panic!("no answer to {request:?}");
     }
 
+    /// Asks for the status every two milliseconds until the board answers, `patience_s` at most: it may be in a reset.
+    pub fn status_as_soon_as(&mut self, patience_s: f64) -> Option<Status> {
+        let until_us = self.now_us + (patience_s * 1e6) as u64;
+        while self.now_us < until_us {
+            let sequence = self.send(&Request::Status);
+            self.run_s(2e-3);
+            match self.answer.take() {
+                Some((number, Response::Status(status))) if number == sequence => {
+                    return Some(status);
+                }
+                _ => {}
+            }
+        }
+        None
+    }
+
     /// Asks for something that is simply done.
     pub fn order(&mut self, request: &Request) {
         assert_eq!(self.ask(request), Response::Done, "{request:?}");
@@ -132,6 +168,12 @@ impl Board {
         let length = encode_request(request, self.sequence, &mut bytes[1..]).unwrap();
         self.exchange(1, &bytes[..=length]);
         self.sequence
+    }
+
+    /// Sends bytes as they are, and waits until the board has had them.
+    pub fn raw(&mut self, bytes: &[u8]) {
+        self.exchange(1, bytes);
+        self.run_s(10e-3);
     }
 
     pub fn status(&mut self) -> Status {
@@ -176,7 +218,10 @@ impl Board {
             let Closed::Frame(bytes) = closed else {
                 panic!("an overlong frame");
             };
-            let frame = frame::decode(bytes).unwrap();
+            let frame = match frame::decode(bytes) {
+                Err(_) if self.faulty => continue,
+                frame => frame.unwrap(),
+            };
             let length = std::mem::take(&mut self.held);
             match frame.kind {
                 Kind::Response => {
@@ -199,5 +244,6 @@ impl Drop for Board {
         let _ = self.child.kill();
         let _ = self.child.wait();
         let _ = std::fs::remove_file(&self.flash);
+        let _ = std::fs::remove_file(self.flash.with_extension("faults"));
     }
 }

@@ -4,8 +4,12 @@
 //! `cargo xtask test`.
 
 mod bench;
+mod counted;
 mod latency;
+mod recovery;
 mod set;
+mod stack;
 mod stream;
 mod sums;
 mod triggers;
+mod writes;

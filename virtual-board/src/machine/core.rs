@@ -25,7 +25,16 @@ use crate::peripherals::rcc::ResetCause;
 /// way to clear it, and an exception must.
 const CLEAR_MONITOR: [u8; 8] = [0xBF, 0xF3, 0x2F, 0x8F, 0xDF, 0xF8, 0x00, 0xF0];
 const STUB_TARGET: usize = CLEAR_MONITOR.len();
-const STUB_SIZE: usize = 4096;
+const STUB_SIZE: usize = 2 * 4096;
+/// An endless loop, beside the stub: what a core that hangs executes. It is 127 instructions long, because every round
+/// is a basic block and costs the model as much as any.
+const LOOP: usize = 4096;
+const NOPS: usize = 126;
+const NOP: [u8; 2] = [0x00, 0xBF];
+/// Back by all of them and itself.
+const BRANCH_BACK: [u8; 2] = [0x80, 0xE7];
+/// Where that loop is.
+pub(super) const LOOP_AT: u32 = STUB_BASE + LOOP as u32;
 /// End of the stub page, which is never reached: the emulator wants an address to stop at.
 const NOWHERE: u32 = STUB_BASE + STUB_SIZE as u32 - 2;
 
@@ -88,6 +97,9 @@ impl Machine {
         uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
         let mut stub = Block::new(STUB_SIZE);
         assert!(stub.write(0, &CLEAR_MONITOR), "it fits");
+        let mut endless = NOP.repeat(NOPS);
+        endless.extend(BRANCH_BACK);
+        assert!(stub.write(LOOP, &endless), "it fits");
         hooks::connect(&mut uc, &stub)?;
         let mut machine = Self {
             uc,

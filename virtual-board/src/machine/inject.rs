@@ -3,7 +3,7 @@
 use unicorn_engine::RegisterARM;
 
 use super::context::Sleep;
-use super::core::{Machine, Stop};
+use super::core::{LOOP_AT, Machine, Stop};
 use super::ecc::Flaw;
 use super::memory::FLASH_BASE;
 use crate::injection::Fault;
@@ -17,7 +17,6 @@ const PATIENCE_S: f64 = 1.0;
 const THUMB: u32 = 1 << 24;
 const EXCEPTION: u32 = 0x1FF;
 const THREAD_MODE: usize = 0;
-const BRANCH_TO_SELF: [u8; 2] = [0xFE, 0xE7];
 
 impl Machine {
     /// Injects these faults from now on.
@@ -67,10 +66,7 @@ impl Machine {
             }
             Fault::Hang {
                 exception: Some(exception),
-            } => match self.branch_to_self() {
-                Some(address) => return self.divert(exception, address),
-                None => self.note("there is no endless loop in the firmware to hang in"),
-            },
+            } => return self.divert(exception, LOOP_AT),
             Fault::Jump { address } => return self.divert(THREAD_MODE, address),
             Fault::StackPointer { address } => {
                 if self.reach(THREAD_MODE)? {
@@ -132,15 +128,5 @@ impl Machine {
 
     fn active(&self) -> usize {
         self.bus().nvic.vect_active() as usize
-    }
-
-    /// An instruction of the firmware that branches to itself.
-    fn branch_to_self(&self) -> Option<u32> {
-        let memory = self.bus().flash_memory.block();
-        let mut half = [0; 2];
-        let found = (0..memory.size())
-            .step_by(2)
-            .find(|offset| memory.read(*offset, &mut half) && half == BRANCH_TO_SELF);
-        found.map(|offset| FLASH_BASE + offset as u32)
     }
 }
