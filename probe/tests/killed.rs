@@ -190,6 +190,8 @@ fn a_prompt_is_left_by_a_request_to_stop() {
     let mut child = hexsense(folder.path(), &port, &arguments).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(lines.any(|line| line.unwrap().contains("Press Enter when it is")));
+    // Waiting closes standard input, which is an answer too.
+    let _keyboard = child.stdin.take();
     signal(&child, "-INT");
     assert_eq!(child.wait().unwrap().code(), Some(130));
 }
