@@ -178,3 +178,17 @@ fn a_part_that_hangs_is_bitten_by_the_watchdog() {
         assert!(took_s < BITE_S + LIMIT_S, "{name}: {took_s} s");
     }
 }
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn converters_that_no_new_start_helps_are_bitten_by_the_watchdog() {
+    // Link and storage are well meanwhile.
+    let (found, status, took_s) = after(
+        "no-triggers",
+        "\"fault\":\"trigger_stall\",\"duration_us\":1300000",
+        3.0,
+    );
+    assert_eq!(found, ResetCause::Watchdog);
+    assert_eq!((status.resets.starts, status.resets.watchdog), (2, 1));
+    assert!(took_s < 1.3 + LIMIT_S, "{took_s} s");
+}

@@ -168,6 +168,10 @@ impl Capture {
         }
         // All is recorded; a board that goes on streaming is stopped by whoever connects next.
         let _ = client.stream(StreamContent::default());
+        let missing = client.frames_missing();
+        if missing > 0 {
+            eprintln!("{missing} frames of the stream did not arrive whole");
+        }
         Ok(())
     }
 

@@ -76,6 +76,11 @@ impl Client {
         self.conversation.is_real_time()
     }
 
+    /// Frames of telemetry, blocks and poses, that the board sent on this connection and that did not arrive.
+    pub fn frames_missing(&self) -> u64 {
+        self.conversation.frames_missing()
+    }
+
     /// When and where the board was heard last.
     #[must_use]
     pub fn contact(&self) -> Contact {

@@ -13,6 +13,7 @@ use hexsense::wire::message::{decode_response, encode_request};
 use hexsense::wire::telemetry::{self, Block};
 use hexsense::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VERSION, pose};
 
+use super::missing::Missing;
 use super::{LinkError, ProtocolError, Transport};
 
 /// How often a request is asked.
@@ -37,6 +38,7 @@ pub struct Conversation {
     blocks: VecDeque<Block>,
     poses: VecDeque<PoseReport>,
     contact: Contact,
+    missing: Missing,
 }
 
 /// When and where the board was heard last.
@@ -64,7 +66,13 @@ impl Conversation {
                 at: Instant::now(),
                 next_scan: 0,
             },
+            missing: Missing::default(),
         }
+    }
+
+    /// Telemetry frames that did not arrive.
+    pub fn frames_missing(&self) -> u64 {
+        self.missing.frames()
     }
 
     /// The port as it was asked for.
@@ -269,13 +277,17 @@ impl Conversation {
                         .push_back((frame.sequence, decode_response(frame.payload)));
                 }
                 Some((Kind::Block, frame)) => {
+                    self.missing.take(frame.sequence);
                     let block = telemetry::decode(frame.payload);
                     if let Some(Block { header, .. }) = &block {
                         self.contact.next_scan = header.first_scan + u64::from(header.scans);
                     }
                     self.blocks.extend(block);
                 }
-                Some((Kind::Pose, frame)) => self.poses.extend(pose::decode(frame.payload)),
+                Some((Kind::Pose, frame)) => {
+                    self.missing.take(frame.sequence);
+                    self.poses.extend(pose::decode(frame.payload));
+                }
                 // What is damaged is asked for again, or is a gap in the scan counters.
                 Some((Kind::Hello | Kind::Request, _)) | None => {}
             }

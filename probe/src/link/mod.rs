@@ -15,6 +15,7 @@ pub mod change;
 pub mod client;
 mod conversation;
 pub mod lockstep;
+mod missing;
 pub mod reconnect;
 pub mod transport;
 pub mod upload;
