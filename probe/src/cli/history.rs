@@ -8,11 +8,10 @@ use serde_json::{Value, json};
 use super::arguments::Port;
 use crate::date::utc;
 
-/// Print the coefficient sets that the board keeps, newest first: the last eight that were made active.
+/// Print the coefficient sets that the board keeps, newest first: the last eight that were uploaded.
 ///
-/// Each has the number of its change in the board's log (see `hexsense log`), its identity, when its campaign ended and
-/// since when it was active, by the clock of the computer that made the change. `hexsense rollback ID` makes one of
-/// them active again.
+/// Each has the number of its upload in the board's log (see `hexsense log`), its identity, when its campaign ended and
+/// when it was uploaded, by the clock of the computer that did it. `hexsense rollback ID` makes one of them active again.
 #[derive(Args)]
 pub struct History {
     #[command(flatten)]
@@ -57,7 +56,7 @@ impl History {
 
 /// The sets as a table for people; the active one is marked.
 pub(super) fn table(history: &[Kept], active: Option<ActiveSet>) -> String {
-    let mut text = String::from("  change  set               made                  active since\n");
+    let mut text = String::from("  change  set               made                  uploaded\n");
     for kept in history {
         let mark = if is_active(kept, active) { '*' } else { ' ' };
         text += &format!(
@@ -65,7 +64,7 @@ pub(super) fn table(history: &[Kept], active: Option<ActiveSet>) -> String {
             kept.sequence,
             kept.id,
             utc(kept.made_unix_s),
-            utc(kept.committed_unix_s)
+            utc(kept.uploaded_unix_s)
         );
     }
     text
@@ -83,8 +82,8 @@ fn to_json(history: &[Kept], active: Option<ActiveSet>, base: Option<&str>) -> V
             "bytes": kept.length,
             "made_unix_s": kept.made_unix_s,
             "made_utc": utc(kept.made_unix_s),
-            "active_since_unix_s": kept.committed_unix_s,
-            "active_since_utc": utc(kept.committed_unix_s),
+            "uploaded_unix_s": kept.uploaded_unix_s,
+            "uploaded_utc": utc(kept.uploaded_unix_s),
             "active": is_active(kept, active),
             "geometry": is_active(kept, active).then_some(base),
         })

@@ -14,7 +14,7 @@ use crate::date::utc;
 ///
 /// Each entry has its number, the time by the clock of the computer that made the change, what was done, the set that was
 /// active then and the one that was active before. The board appends an entry with every change and never erases
-/// one; numbers without a gap say that none is missing.
+/// one; `fallback` is the board's own, when the active set could not be read any more; numbers without a gap say that none is missing.
 #[derive(Args)]
 pub struct Log {
     #[command(flatten)]
@@ -60,13 +60,21 @@ fn table(log: &[Entry]) -> String {
         text += &format!(
             "{:>6}  {:<20}  {:<13}  {:<16}  {}\n",
             entry.counter,
-            utc(entry.unix_s),
+            time(entry),
             name(entry.reason),
             id(entry.id),
             id(entry.previous)
         );
     }
     text
+}
+
+/// A fallback is the board's own doing, and the board has no clock.
+fn time(entry: &Entry) -> String {
+    match entry.reason {
+        Reason::Fallback => "unknown".to_owned(),
+        _ => utc(entry.unix_s),
+    }
 }
 
 fn id(set: Option<SetId>) -> String {
@@ -87,6 +95,7 @@ fn name(reason: Reason) -> &'static str {
         Reason::Rollback => "rollback",
         Reason::FactoryReset => "factory-reset",
         Reason::Provision => "provision",
+        Reason::Fallback => "fallback",
     }
 }
 
@@ -95,7 +104,7 @@ fn to_json(log: &[Entry], missing: &[Range<u32>]) -> Value {
         json!({
             "change": entry.counter,
             "unix_s": entry.unix_s,
-            "utc": utc(entry.unix_s),
+            "utc": time(entry),
             "what": name(entry.reason),
             "id": entry.id.map(|id| id.to_string()),
             "previous_id": entry.previous.map(|id| id.to_string()),
