@@ -10,6 +10,7 @@
 //! | [`channel`] | the fifteen channels of a scan and their order |
 //! | [`sampling`] | counts → calibrated values, in fixed time |
 //! | [`live_pose`] | jack counts → the board's own pose |
+//! | [`live_motion`] | harmonics of the jacks → amplitude of the pose, and calibration factors |
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
 //! | [`least_squares`] | the linear fit behind harmonics and calibration |
 //! | [`calibration`] | zero, static holds, heave and sine runs → offsets, matrices, uncertainties |
@@ -30,6 +31,7 @@ pub mod harmonics;
 pub mod keeper;
 pub mod kinematics;
 pub mod least_squares;
+pub mod live_motion;
 pub mod live_pose;
 pub mod sampling;
 pub mod store;

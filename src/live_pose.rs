@@ -112,6 +112,16 @@ impl<T: RealField + Copy> Tracker<T> {
     }
 }
 
+impl Tracker<f32> {
+    /// Hinge-to-hinge length of each jack at counts that need not be whole, m.
+    pub fn lengths_of(&self, counts: &[f64; JACKS], supply: f32) -> [f32; JACKS] {
+        core::array::from_fn(|jack| {
+            let counts = counts[jack] * f64::from(supply) - f64::from(self.zero_counts[jack]);
+            self.zero_length_m + self.metres_per_count[jack] * counts as f32
+        })
+    }
+}
+
 fn single<T: RealField + Copy>(value: f32) -> T {
     convert(value)
 }

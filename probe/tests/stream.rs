@@ -211,6 +211,17 @@ fn recorded_values_are_bit_for_bit_those_of_the_counts_and_the_noted_set() {
             "row {row}"
         );
     }
+    let too_fast = hexsense(
+        &port,
+        folder.path(),
+        &[&arguments[..], &["--rate", "4000"]].concat(),
+    );
+    let said = String::from_utf8(too_fast.stderr).unwrap();
+    assert!(!too_fast.status.success());
+    assert!(
+        said.contains("ask for less content or a lower rate"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -219,10 +230,6 @@ fn what_the_board_or_the_link_cannot_do_is_refused_with_what_to_do() {
     let port = board(|_| {});
     for (arguments, says) in [
         (&["--rate", "3000"][..], "choose 1000, 2000 or 4000"),
-        (
-            &["--rate", "4000", "--block", "4"],
-            "ask for less content, larger blocks or a lower rate",
-        ),
         (
             &["--values"],
             "the board has no coefficients; calibrate and upload a set first",

@@ -1,7 +1,8 @@
 //! The desk behind the link: what each request gets for an answer.
 //!
 //! Questions are answered at once from the latest values, and analysers are set and read at once, between two blocks of
-//! the sample path. Other commands go to the task that can carry them out, sampling or storage, and their answer follows when it comes; until then any other command is refused as
+//! the sample path. Other commands go to the task that can carry them
+//! out, sampling, storage or harmonics, and their answer follows when it comes; until then any other command is refused as
 //! [`Refusal::Busy`], so that every answer belongs to the one command that is open.
 
 use core::sync::atomic::Ordering;
@@ -10,7 +11,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense::channel::{CHANNELS, JACKS};
-use hexsense::harmonics::{Analyser, ChannelSums};
+use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums};
 use hexsense::keeper;
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
@@ -22,6 +23,7 @@ use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, pose, telemetry
 
 use super::clock::Source;
 use super::exchange::{Active, Exchange, Guard};
+use super::harmonics;
 use super::identity::Origin;
 use super::path::{self, Progress};
 use super::queue::Piece;
@@ -48,7 +50,7 @@ const NO_DRIVE: Drive = Drive {
 pub struct Desk {
     origin: Origin,
     exchange: &'static Exchange,
-    supply: Receiver<'static, Guard, Reading, 2>,
+    supply: Receiver<'static, Guard, Reading, 3>,
     active: Receiver<'static, Guard, Option<Active>, 2>,
     stream: StreamContent,
     /// Jacks of a block of which a piece is still to be sent.
@@ -170,7 +172,17 @@ impl Desk {
             Request::Rate(hz) => return self.set_rate(hz, sequence),
             Request::Block(block) => return self.set_block(block, sequence),
             Request::Drive { analyser, drive } => return self.set_drive(analyser, drive),
-            Request::Harmonics { analyser, channel } => return harmonics(analyser, channel),
+            Request::Harmonics { analyser, channel } => return sums(analyser, channel),
+            Request::Fit { analyser, channel } => {
+                check(analyser, channel)?;
+                let command = harmonics::Command::Fit(analyser, channel);
+                return self.order(&self.exchange.to_harmonics, command, sequence);
+            }
+            Request::Motion { analyser } => {
+                check(analyser, 0)?;
+                let command = harmonics::Command::Motion(analyser);
+                return self.order(&self.exchange.to_harmonics, command, sequence);
+            }
             Request::ActiveSet => keeper::Command::ActiveSet,
             Request::ReadSet { offset } => keeper::Command::Read(offset),
             Request::History { age } => keeper::Command::History(age),
@@ -291,10 +303,8 @@ impl Desk {
 }
 
 /// Sums of one channel at the drive frequency of one analyser.
-fn harmonics(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
-    if usize::from(channel) >= CHANNELS {
-        return Err(Refusal::Channel { channel });
-    }
+fn sums(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
+    check(analyser, channel)?;
     let (state, report) = path::with(|path| {
         let found = path.analysers.get(usize::from(analyser))?;
         Some((found.state(), found.report(channel.into())))
@@ -307,6 +317,16 @@ fn harmonics(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
         first_scan,
         sums,
     }))
+}
+
+fn check(analyser: u8, channel: u8) -> Result<(), Refusal> {
+    if usize::from(analyser) >= ANALYSERS {
+        return Err(Refusal::Analyser { analyser });
+    }
+    if usize::from(channel) >= CHANNELS {
+        return Err(Refusal::Channel { channel });
+    }
+    Ok(())
 }
 
 fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header {

@@ -8,8 +8,9 @@
 //!  converters ─blocks─▶ sample path ─blocks─▶ link ◀─bytes─▶ host
 //!                         ▲      └──drives, sums──┤
 //!             active set ─┘ sampling ◀──commands──┤
-//!                           storage  ◀──commands──┘     answers of both ─▶ link
-//!                  └──base──▶ pose ◀──jacks── link ◀──poses── pose
+//!                           storage  ◀──commands──┤     answers of all ─▶ link
+//!                         harmonics  ◀──commands──┘
+//!                  └──base──▶ harmonics, pose ◀──jacks── link ◀──poses── pose
 //! ```
 //!
 //! What the sample path shares is in [`super::path`]. A *latest* value has one writer and overwrites itself; a command is
@@ -27,7 +28,7 @@ use hexsense::sampling::Calibrator;
 use hexsense::store::SetId;
 use hexsense::wire::{PoseReport, Response};
 
-use super::{pose, sampling, supply};
+use super::{harmonics, pose, sampling, supply};
 
 /// Guards what tasks of different priorities share.
 pub type Guard = CriticalSectionRawMutex;
@@ -55,14 +56,14 @@ pub struct Alive {
 
 /// Everything that passes between the tasks but blocks.
 pub struct Exchange {
-    /// Latest supply and temperature: to sampling and link.
-    pub supply: Watch<Guard, supply::Reading, 2>,
+    /// Latest supply and temperature: to sampling, link and harmonics.
+    pub supply: Watch<Guard, supply::Reading, 3>,
     /// Latest active set, once there was one: to sampling and link.
     pub active: Watch<Guard, Option<Active>, 2>,
     /// Whether the board has a key: storage to link.
     pub provisioned: AtomicBool,
-    /// Base of a new active set: storage to pose.
-    pub base: Signal<Guard, Option<pose::Base>>,
+    /// Base of the active set, once there was one: storage to pose and harmonics.
+    pub base: Watch<Guard, Option<pose::Base>, 2>,
     /// Jacks of the latest block that the link has sent: to pose.
     pub jacks: Signal<Guard, JackBlock>,
     /// Latest pose, or why there is none: to the link.
@@ -71,7 +72,9 @@ pub struct Exchange {
     pub to_sampling: Channel<Guard, sampling::Command, 1>,
     /// Link to storage.
     pub to_storage: Channel<Guard, keeper::Command, 1>,
-    /// Sampling task and storage to link: one answer for each command.
+    /// Link to harmonics.
+    pub to_harmonics: Channel<Guard, harmonics::Command, 1>,
+    /// Sampling task, storage and harmonics to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
     /// To the supervisor.
     pub alive: Alive,
@@ -84,11 +87,12 @@ impl Exchange {
             supply: Watch::new(),
             active: Watch::new(),
             provisioned: AtomicBool::new(false),
-            base: Signal::new(),
+            base: Watch::new(),
             jacks: Signal::new(),
             pose: Signal::new(),
             to_sampling: Channel::new(),
             to_storage: Channel::new(),
+            to_harmonics: Channel::new(),
             answers: Channel::new(),
             alive: Alive {
                 sampling: Signal::new(),

@@ -13,6 +13,7 @@
 //! | [`sampling`] | the task above it: starts, rates, blocks, faults |
 //! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
 //! | [`pose`] | the board's own pose, from the jacks |
+//! | [`harmonics`] | harmonics and calibration factors, from the path's sums |
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
 //! | [`tallies`] | what went wrong, how often and when last |
 //! | [`exchange`] | what passes between those tasks |
@@ -26,6 +27,7 @@ pub mod clock;
 pub mod desk;
 pub mod ecc;
 pub mod exchange;
+pub mod harmonics;
 pub mod identity;
 pub mod link;
 pub mod panic;

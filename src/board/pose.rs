@@ -30,12 +30,14 @@ pub struct Base {
 /// Finds poses for ever.
 #[embassy_executor::task]
 pub async fn find(exchange: &'static Exchange) -> ! {
+    // The exchange has a receiver for this task, which starts once.
+    let mut base = exchange.base.receiver().expect("a receiver is left");
     let mut active: Option<(SetId, Result<Tracker<f32>, BaseError>)> = None;
     let mut last = Instant::MIN;
     loop {
         let block = exchange.jacks.wait().await;
         let now = Instant::now();
-        if let Some(base) = exchange.base.try_take() {
+        if let Some(base) = base.try_changed() {
             active = base.map(|base| (base.set, Tracker::new(&base.base, &base.jacks)));
         }
         // Without a set nobody may ask for poses.

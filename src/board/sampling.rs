@@ -155,7 +155,7 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &m
 
 /// Supply, temperature and coefficients: what the path applies and seldom changes.
 struct Conditions {
-    supply: Receiver<'static, Guard, Reading, 2>,
+    supply: Receiver<'static, Guard, Reading, 3>,
     active: Receiver<'static, Guard, Option<Active>, 2>,
     reading: Reading,
     set: Option<Active>,

@@ -9,7 +9,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use super::exchange::Exchange;
 use super::identity::Origin;
-use super::{clock, ecc, link, path, pins, pose, sampling, storage, supervisor, supply};
+use super::{clock, ecc, harmonics, link, path, pins, pose, sampling, storage, supervisor, supply};
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static LINK: InterruptExecutor = InterruptExecutor::new();
@@ -59,6 +59,7 @@ fn main() -> ! {
     BACKGROUND.init(Executor::new()).run(|background| {
         background.spawn(storage::store(parts.flash, parts.random, board, exchange).unwrap());
         background.spawn(pose::find(exchange).unwrap());
+        background.spawn(harmonics::solve(exchange).unwrap());
         background.spawn(supply::measure(parts.supply, exchange).unwrap());
         background.spawn(supervisor::supervise(watchdog, memory, exchange).unwrap());
     })

@@ -74,7 +74,7 @@ fn publish(
         temperature_c: active.content.temperature_c,
         calibrator: Calibrator::new(&active.content),
     }));
-    exchange.base.signal(active.map(|active| Base {
+    exchange.base.sender().send(active.map(|active| Base {
         set: active.set.id,
         base: active.content.base,
         jacks: active.content.jacks,

@@ -1,5 +1,7 @@
 //! Cholesky's factor of the fit's symmetric matrix, in `f64` and without a matrix library: board and host do the same
 //! operations in the same order, so that they come to the same bits.
+//!
+//! Here and in [`super::solution`] nothing is copied into its callers: on the board this is seldom run and should be small.
 
 use super::REGRESSORS;
 use super::replay::TRIANGLE;
@@ -7,9 +9,9 @@ use super::replay::TRIANGLE;
 /// A column of the fit.
 pub(super) type Column = [f64; REGRESSORS];
 
-/// Least part of a column, in squares, that the columns before must leave unexplained for it to be determined. Below it
-/// an uncertainty is a thousand times what it would be alone, and such a fit is of no use.
-const LEAST_UNEXPLAINED: f64 = 1e-6;
+/// Least part of a column, in squares, that the columns before must leave unexplained: well above what rounding leaves
+/// of nothing.
+const LEAST_UNEXPLAINED: f64 = 1e-12;
 
 /// L of L·Lᵀ, its diagonal inverted; row after row.
 pub(super) struct Factor([f64; TRIANGLE]);
@@ -21,6 +23,7 @@ const fn row(index: usize) -> usize {
 
 impl Factor {
     /// The factor of a matrix given by its lower triangle; `None` when it does not determine all unknowns.
+    #[inline(never)]
     pub(super) fn new(mut matrix: [f64; TRIANGLE]) -> Option<Self> {
         for i in 0..REGRESSORS {
             for j in 0..i {
@@ -29,8 +32,8 @@ impl Factor {
             }
             let square = matrix[row(i) + i];
             let unexplained = square - dot(&matrix, i, i, i);
+            // Not a number is not greater.
             let determined = unexplained > LEAST_UNEXPLAINED * square;
-            // Not a number is not greater either.
             if !determined {
                 return None;
             }
@@ -39,7 +42,16 @@ impl Factor {
         Some(Self(matrix))
     }
 
+    /// A column of the inverse.
+    #[inline(never)]
+    pub(super) fn inverse(&self, column: usize) -> Column {
+        let mut unit = [0.0; REGRESSORS];
+        unit[column] = 1.0;
+        self.solve(unit)
+    }
+
     /// The solution for a right-hand side.
+    #[inline(never)]
     pub(super) fn solve(&self, mut side: Column) -> Column {
         let Self(factor) = self;
         for i in 0..REGRESSORS {
@@ -59,6 +71,7 @@ impl Factor {
 }
 
 /// Product of the first `length` elements of rows `i` and `j`.
+#[inline(never)]
 fn dot(matrix: &[f64; TRIANGLE], i: usize, j: usize, length: usize) -> f64 {
     let (a, b) = (&matrix[row(i)..][..length], &matrix[row(j)..][..length]);
     a.iter().zip(b).map(|(a, b)| a * b).sum()

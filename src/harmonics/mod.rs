@@ -58,12 +58,14 @@ pub struct Harmonic {
 impl Harmonic {
     /// Amplitude, in the unit of the signal.
     #[must_use]
+    #[inline(never)]
     pub fn amplitude(&self) -> f64 {
         libm::sqrt(self.cosine * self.cosine + self.sine * self.sine)
     }
 
     /// Phase φ of amplitude·cos(kθ − φ), rad in −π..π.
     #[must_use]
+    #[inline(never)]
     pub fn phase(&self) -> f64 {
         libm::atan2(self.sine, self.cosine)
     }
@@ -101,6 +103,23 @@ pub struct Uncertainty {
 const ANY_PHASE: f64 = 1.813_799_364_234_218;
 
 impl Harmonics {
+    /// Of a signal that is zero.
+    pub const NONE: Self = Self {
+        offset: 0.0,
+        drift: 0.0,
+        harmonics: [Harmonic {
+            cosine: 0.0,
+            sine: 0.0,
+        }; HARMONICS],
+        residual_rms: 0.0,
+        uncertainty: Uncertainty {
+            offset: 0.0,
+            drift: 0.0,
+            amplitude: [0.0; HARMONICS],
+            phase: [0.0; HARMONICS],
+        },
+    };
+
     /// The harmonic at the drive frequency.
     #[must_use]
     pub fn first(&self) -> Harmonic {
@@ -121,6 +140,7 @@ impl Harmonics {
     /// earlier: a channel that is converted τ after the trigger reads as late as ωτ too little in every phase, and
     /// `early_rad` = ωτ refers it to the trigger. Five times as much is at most half a turn.
     #[must_use]
+    #[inline(never)]
     pub fn sampled_earlier(mut self, early_rad: f64) -> Self {
         for (k, harmonic) in (1..).zip(&mut self.harmonics) {
             let (sine, cosine) = table::sine_cosine(f64::from(k) * early_rad);
@@ -143,6 +163,7 @@ struct Cofactors {
 }
 
 impl Cofactors {
+    #[inline(never)]
     fn uncertainty(&self, harmonics: &[Harmonic; HARMONICS], variance: f64) -> Uncertainty {
         let deviation = |cofactor: f64| libm::sqrt((cofactor * variance).max(0.0));
         // Along the harmonic's own direction is the amplitude, across it the phase.

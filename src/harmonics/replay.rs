@@ -65,6 +65,7 @@ impl Replay {
         end == self.drive.blocks
     }
 
+    #[inline(never)]
     fn add(&mut self, block: u32) {
         let drive = &self.drive;
         let phase = drive.centre_phase(block);

@@ -28,6 +28,9 @@ use crate::sampling::instant_s;
 
 /// Turns of the correction for the table's rounding.
 const CORRECTIONS: usize = 3;
+/// Most that the other columns may add to the variance of an unknown. Beyond it an uncertainty is a thousand times what
+/// it would be alone, and the table's rounding no longer so small against what is left.
+const MOST_INFLATION: f64 = 1e6;
 /// The value of one in each column of Z.
 const ONE: f64 = table::ONE as f64;
 
@@ -65,6 +68,7 @@ pub struct Solver<'a> {
 impl<'a> Solver<'a> {
     /// From a replay that is complete; `None` when its blocks do not determine twelve unknowns and leave a residual.
     #[must_use]
+    #[inline(never)]
     pub fn new(replay: &'a Replay) -> Option<Self> {
         if replay.drive().blocks <= REGRESSORS as u32 {
             return None;
@@ -76,6 +80,12 @@ impl<'a> Solver<'a> {
             *square = *sum as f64 * (scale[row] * scale[column]);
         }
         let factor = Factor::new(squares)?;
+        let inflated = |column: usize| {
+            squares[lower(column, column)] * factor.inverse(column)[column] > MOST_INFLATION
+        };
+        if (0..REGRESSORS).any(inflated) {
+            return None;
+        }
         let gains = gains(replay.drive());
         let cofactors = cofactors(&factor, replay.drive(), &gains);
         Some(Self {
@@ -88,6 +98,7 @@ impl<'a> Solver<'a> {
 
     /// Harmonics of one channel, in counts.
     #[must_use]
+    #[inline(never)]
     pub fn solve(&self, sums: &ChannelSums) -> Harmonics {
         let drive = self.replay.drive();
         let (blocks, scans) = (f64::from(drive.blocks), drive.block.scans() as f64);
@@ -122,6 +133,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Zᵀs of the block sums less their mean, which is taken out in integers: it is much larger than what is looked for.
+    #[inline(never)]
     fn moments(&self, sums: &ChannelSums) -> Column {
         let drive = self.replay.drive();
         let (blocks, places) = (i128::from(drive.blocks), i128::from(drive.places()));
@@ -145,6 +157,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Zᵀs − ZᵀE·β′.
+    #[inline(never)]
     fn without_rests(&self, moments: &Column, unknowns: &Column) -> Column {
         let Replay {
             squares,
@@ -178,6 +191,7 @@ const fn lower(row: usize, column: usize) -> usize {
 }
 
 /// From the integers of Z to columns of the size of one.
+#[inline(never)]
 fn scale(drive: &Drive) -> Column {
     let mut scale = [1.0 / ONE; REGRESSORS];
     (scale[0], scale[1]) = (1.0, 0.5 / f64::from(drive.places()));
@@ -185,6 +199,7 @@ fn scale(drive: &Drive) -> Column {
 }
 
 /// D of each harmonic.
+#[inline(never)]
 fn gains(drive: &Drive) -> [f64; HARMONICS] {
     let scans = drive.block.scans() as f64;
     core::array::from_fn(|k| {
@@ -194,12 +209,9 @@ fn gains(drive: &Drive) -> [f64; HARMONICS] {
 }
 
 /// What the covariance needs of D⁻¹ (ZᵀZ)⁻¹ D⁻¹.
+#[inline(never)]
 fn cofactors(factor: &Factor, drive: &Drive, gains: &[f64; HARMONICS]) -> Cofactors {
-    let column = |index: usize| {
-        let mut unit = [0.0; REGRESSORS];
-        unit[index] = 1.0;
-        factor.solve(unit)
-    };
+    let column = |index: usize| factor.inverse(index);
     let scans = drive.block.scans() as f64;
     Cofactors {
         offset: column(0)[0] / (scans * scans),
@@ -213,6 +225,7 @@ fn cofactors(factor: &Factor, drive: &Drive, gains: &[f64; HARMONICS]) -> Cofact
 }
 
 /// Σ of the squared residuals of the block sums.
+#[inline(never)]
 fn residual_square(drive: &Drive, sums: &ChannelSums, fitted: &Column, moments: &Column) -> f64 {
     let (blocks, total) = (i128::from(drive.blocks), i128::from(sums.offset));
     let square = blocks * i128::from(sums.square) - total * total;

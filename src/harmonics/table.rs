@@ -62,15 +62,15 @@ const fn rounded_sine(index: usize) -> i32 {
     }) as i32
 }
 
-/// Σ of the alternating series whose first term is `term` and whose next divides by `n`(`n`+1), and so on.
+/// Σ of the alternating series whose first term is `term` and whose next divides by `n`(`n`+1), and so on, until a term
+/// no longer counts.
+#[inline(never)]
 const fn taylor(angle: f64, mut term: f64, mut n: f64) -> f64 {
     let mut sum = 0.0;
-    let mut count = 0;
-    while count < 14 {
+    while sum + term != sum {
         sum += term;
         term *= -angle * angle / (n * (n + 1.0));
         n += 2.0;
-        count += 1;
     }
     sum
 }
@@ -153,6 +153,7 @@ fn scaled(wide: i64) -> i32 {
 }
 
 /// Sine and cosine of an angle of at most half a turn, rad, by the same operations everywhere; to 1e-15.
+#[inline(never)]
 pub(super) fn sine_cosine(angle: f64) -> (f64, f64) {
     (taylor(angle, angle, 2.0), taylor(angle, 1.0, 1.0))
 }

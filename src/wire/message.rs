@@ -2,12 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::harmonics::{ChannelSums, Drive, DriveError};
+use crate::harmonics::{
+    ChannelSums, Drive, DriveError, HARMONICS, Harmonic, Harmonics, Uncertainty,
+};
+use crate::live_motion::Motion;
 use crate::sampling::BlockSize;
 use crate::store::log::Entry;
 use crate::store::{RecordError, SetId};
 use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
+use crate::wire::pose::PoseRefusal;
 use crate::wire::status::{ResetCause, Status};
 
 /// Bytes of a coefficient set that travel in one message.
@@ -86,6 +90,20 @@ pub enum Request {
     UploadCommit,
     /// Forget the upload under way → [`Response::Done`].
     UploadAbort,
+    /// Harmonics of one channel from the complete sums of one analyser, solved by the board → [`Response::Fit`].
+    /// [`Refusal::Busy`] while a long window is gone through: ask again, the board has gone on by then.
+    Fit {
+        /// Index of the analyser, 0 to 2.
+        analyser: u8,
+        /// Index of the channel in a scan, 0 to 14.
+        channel: u8,
+    },
+    /// How the base moved at the drive frequency of one analyser, and what each sensor showed of it →
+    /// [`Response::Motion`]; refused without an active set, otherwise as [`Request::Fit`].
+    Motion {
+        /// Index of the analyser, 0 to 2.
+        analyser: u8,
+    },
 }
 
 /// What the stream carries: counts and values in blocks, the pose in frames of its own.
@@ -173,6 +191,43 @@ pub enum Response {
         /// How many they were.
         sets: u8,
     },
+    /// Harmonics of one channel.
+    Fit {
+        /// What was estimated.
+        drive: Drive,
+        /// Scan counter of the first scan in the sums.
+        first_scan: u64,
+        /// What the board found.
+        fit: Fit,
+    },
+    /// The motion at the drive frequency.
+    Motion {
+        /// What was estimated.
+        drive: Drive,
+        /// Scan counter of the first scan in the sums.
+        first_scan: u64,
+        /// The motion, or why the jacks give none.
+        motion: Result<Motion, PoseRefusal>,
+    },
+}
+
+/// Harmonics of one channel as the board solves them, counts and rad at the trigger of the first scan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Fit {
+    /// Mean over the window, counts.
+    pub offset: f64,
+    /// Change from the window's start to its end, counts.
+    pub drift: f64,
+    /// Amplitude of each harmonic, counts.
+    pub amplitude: [f64; HARMONICS],
+    /// Phase φ of amplitude·cos(kθ − φ), rad.
+    pub phase: [f64; HARMONICS],
+    /// Root mean square of what the fit leaves of the block means, counts.
+    pub residual_rms: f64,
+    /// Total harmonic distortion, a part of the first amplitude.
+    pub distortion: f64,
+    /// Standard uncertainties.
+    pub uncertainty: Uncertainty,
 }
 
 /// A set that the board keeps.
@@ -188,6 +243,20 @@ pub struct Kept {
     pub made_unix_s: u64,
     /// When it was uploaded, by the host's clock.
     pub uploaded_unix_s: u64,
+}
+
+impl From<&Harmonics> for Fit {
+    fn from(found: &Harmonics) -> Self {
+        Self {
+            offset: found.offset,
+            drift: found.drift,
+            amplitude: found.harmonics.each_ref().map(Harmonic::amplitude),
+            phase: found.harmonics.each_ref().map(Harmonic::phase),
+            residual_rms: found.residual_rms,
+            distortion: found.distortion(),
+            uncertainty: found.uncertainty,
+        }
+    }
 }
 
 /// Which set is active.
@@ -228,7 +297,7 @@ pub enum Refusal {
     },
     /// The link cannot carry this much.
     #[error(
-        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content, larger blocks or a lower rate"
+        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content or a lower rate"
     )]
     LinkCapacity {
         /// What the stream would need.
@@ -361,6 +430,22 @@ pub enum Refusal {
     /// Something that needs time is under way.
     #[error("the board is busy with an earlier request; ask again")]
     Busy,
+    /// The sums of an analyser are not complete.
+    #[error(
+        "the sums of analyser {analyser} are not complete; set a drive, and ask when the analyser is complete"
+    )]
+    Incomplete {
+        /// As asked.
+        analyser: u8,
+    },
+    /// The window does not determine offset, drift and five harmonics.
+    #[error(
+        "{blocks} blocks do not determine twelve unknowns at this frequency; sum over a whole period and more than twelve blocks"
+    )]
+    Undetermined {
+        /// Blocks of the drive.
+        blocks: u32,
+    },
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

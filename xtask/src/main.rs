@@ -11,11 +11,13 @@
 //! - [`counting`]: instruction counts on the virtual board.
 //! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
 //! - [`size`]: flash and RAM of the firmware, by module.
+//! - [`accuracy`]: how exact the harmonic estimator is.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
 #![forbid(unsafe_code)]
 
+mod accuracy;
 mod bench;
 mod bench_kinematics;
 mod bench_sample_path;
@@ -51,6 +53,8 @@ enum Task {
     Demo(demo::Arguments),
     /// Simulate many campaigns and count how often the truth lies inside the stated uncertainties
     Coverage(coverage::Arguments),
+    /// Measure how exact the harmonic estimator is, from 0.01 to 50 Hz, at every rate, over one period to a hundred
+    Accuracy(accuracy::Arguments),
     /// Measure how fast the product is
     #[command(subcommand)]
     Bench(Bench),
@@ -74,6 +78,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo(arguments) => demo::run(&arguments),
         Task::Coverage(arguments) => coverage::run(&arguments),
+        Task::Accuracy(arguments) => accuracy::run(&arguments),
         Task::Bench(Bench::Kinematics(arguments)) => bench_kinematics::run(&arguments),
         Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
         Task::Size(arguments) => size::run(&arguments),

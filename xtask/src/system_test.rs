@@ -12,6 +12,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
+use hexsense::channel::{CHANNELS, NAMES};
 use hexsense_probe::capture::Capture;
 use hexsense_probe::replay::first_wrong_values;
 use hexsense_probe::{coefficient_file, key_file};
@@ -98,7 +99,14 @@ fn bench<'a>(parts: &'a Parts, folder: &'a Path) -> anyhow::Result<Bench<'a>> {
 }
 
 /// Rates with the blocks that are recorded at each.
-const STREAMS: [(u32, u32); 5] = [(1_000, 1), (1_000, 16), (2_000, 4), (4_000, 8), (4_000, 32)];
+const STREAMS: [(u32, u32); 6] = [
+    (1_000, 1),
+    (1_000, 16),
+    (2_000, 1),
+    (4_000, 1),
+    (4_000, 8),
+    (4_000, 32),
+];
 /// Length of a recording, s.
 const STREAM_S: u32 = 4;
 
@@ -117,6 +125,7 @@ pub fn streams() -> anyhow::Result<()> {
     checked(&mut bench.drive("calibrate", &board, &twin, 0)?)?;
     bench.provision(&board)?;
     checked(&mut bench.upload(&board)?)?;
+    factors(&bench, &board)?;
     let (capture, note) = record(&bench, &board, (1_000, 16), &["--values"])?;
     ensure!(
         note["set"] == bench.active_id(&board)?,
@@ -142,6 +151,38 @@ pub fn streams() -> anyhow::Result<()> {
         status["link"]["blocks_dropped"] == 0 && status["faults"] == 0,
         "the board dropped blocks or had faults: {status}"
     );
+    Ok(())
+}
+
+/// Largest difference between a factor of the board and the fitted gain, which the cross terms of the matrix and the
+/// servos' own frequency make.
+const FACTOR_OFF: f64 = 0.05;
+
+/// The board's own harmonics of the run that was recorded last, and its calibration factors beside the fitted gains.
+fn factors(bench: &Bench, board: &Beside) -> anyhow::Result<()> {
+    let said = output(bench.hexsense("harmonics", board)?.arg("--json"))?;
+    let said: Value = serde_json::from_str(&said)?;
+    let channels = said["channels"].as_array().context("no channels")?;
+    ensure!(channels.len() == CHANNELS, "not all channels: {said}");
+    let factors = said["motion"]["factors"].as_array();
+    let factors = factors.with_context(|| format!("no factors: {said}"))?;
+    let set = coefficient_file::load(&bench.coefficients())?;
+    let mut compared = 0;
+    for factor in factors {
+        let channel = NAMES.iter().position(|name| factor["channel"] == *name);
+        let channel = channel.with_context(|| format!("no such channel: {factor}"))?;
+        let (triad, axis) = (channel / 3, channel % 3);
+        // What an accelerometer feels of a rotation is the lever arm's and gravity's.
+        if triad == 0 {
+            continue;
+        }
+        let gain = f64::from(set.triads[triad].matrix[axis][axis]).abs();
+        let found = factor["per_count"].as_f64().unwrap_or(f64::NAN);
+        let off = (found / gain - 1.0).abs();
+        ensure!(off < FACTOR_OFF, "{factor}, and the fitted gain is {gain}");
+        compared += 1;
+    }
+    ensure!(compared > 0, "no factor was compared: {said}");
     Ok(())
 }
 

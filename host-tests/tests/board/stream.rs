@@ -2,15 +2,16 @@
 
 use hexsense::channel::CHANNELS;
 use hexsense::harmonics::increment;
-use hexsense::sampling::{BlockSize, Calibrator};
+use hexsense::sampling::{BlockSize, Calibrator, RATES_HZ};
 use hexsense::wire::status::Events;
-use hexsense::wire::{Drive, Request, Response};
+use hexsense::wire::telemetry::{bits_per_second, scans_of_frame};
+use hexsense::wire::{Drive, Request, Response, StreamContent};
 
-use crate::bench::Board;
+use crate::bench::{Arrived, Board};
 use crate::set::upload;
 
 /// Frames follow each other without a gap from the first on.
-fn assert_whole(board: &Board, what: &str) {
+pub fn assert_whole(board: &Board, what: &str) {
     assert!(board.blocks.len() > 5, "{what}: nothing came");
     for pair in board.blocks.windows(2) {
         let [before, after] = [&pair[0], &pair[1]].map(|arrived| &arrived.block.header);
@@ -48,6 +49,40 @@ fn streamed_values_are_those_of_the_streamed_counts_bit_for_bit_at_every_block()
     }
     let status = board.status();
     assert_eq!(status.events, Events::NONE);
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() {
+    let counts = StreamContent {
+        counts: true,
+        values: false,
+        pose: false,
+    };
+    for rate_hz in RATES_HZ {
+        let mut board = Board::on(&format!("gathered-{rate_hz}"));
+        board.order(&Request::Rate(rate_hz));
+        board.stream(false, false);
+        for block in BlockSize::ALL {
+            board.order(&Request::Block(block));
+            board.run_s(0.05);
+            board.blocks.clear();
+            board.run_s(1.0);
+            let what = format!("{block:?} at {rate_hz} Hz");
+            assert_whole(&board, &what);
+            let due = scans_of_frame(counts, rate_hz, block);
+            let scans = |arrived: &Arrived| usize::from(arrived.block.header.scans);
+            let whole = board.blocks.iter().filter(|arrived| scans(arrived) == due);
+            // With each of ten readings of the supply a frame may end early, and another at the end of the ring.
+            assert!(whole.count() + 22 >= board.blocks.len(), "{what}");
+            assert!(board.blocks.iter().all(|arrived| scans(arrived) <= due));
+            let bytes: usize = board.blocks.iter().map(|arrived| arrived.bytes).sum();
+            let stated = bits_per_second(counts, rate_hz, block);
+            assert!(bytes * 10 <= stated as usize + 10_000, "{what}: {bytes}");
+        }
+        let status = board.status();
+        assert_eq!(status.events, Events::NONE);
+    }
 }
 
 /// Virtual minutes of the test below by `HEXSENSE_MINUTES`, a quarter of one without it.

@@ -1,14 +1,17 @@
-//! The board's sums, bit for bit those of a replay of the counts that it streamed.
+//! The board's sums, bit for bit those of a replay of the counts that it streamed; and what it solves from them, bit for
+//! bit what the host does.
 
 use std::collections::BTreeMap;
 
 use hexsense::channel::{CHANNELS, Scan};
-use hexsense::harmonics::{ANALYSERS, Analyser, increment};
-use hexsense::sampling::{BlockSize, BlockSums};
+use hexsense::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
+use hexsense::sampling::{BlockSize, BlockSums, RATES_HZ};
+use hexsense::wire::message::{Fit, encode_response};
 use hexsense::wire::status::Events;
-use hexsense::wire::{Drive, HarmonicState, Refusal, Request, Response};
+use hexsense::wire::{Drive, HarmonicState, MAX_FRAME, Refusal, Request, Response};
 
 use crate::bench::Board;
+use crate::stream::assert_whole;
 
 /// Counts by their scan counter.
 fn capture(board: &Board) -> BTreeMap<u64, Scan> {
@@ -92,6 +95,7 @@ fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() {
         board.run_s(1.5);
         for (analyser, drive) in [(0, drives[0]), (1, anew), (2, drives[2])] {
             assert_replay(&mut board, analyser, drive);
+            assert_fits(&mut board, analyser, rate_hz);
         }
         let status = board.status();
         assert_eq!(status.events, Events::NONE);
@@ -123,11 +127,113 @@ fn what_cannot_be_estimated_is_refused_by_name() {
         ..good
     };
     assert!(matches!(refused(0, fast), Some(Refusal::Drive(_))));
+    let asked = |board: &mut Board, request| match board.ask(&request) {
+        Response::Refused(refusal) => refusal,
+        other => panic!("{other:?}"),
+    };
+    let fit = |analyser, channel| Request::Fit { analyser, channel };
+    assert_eq!(
+        asked(&mut board, fit(2, 0)),
+        Refusal::Incomplete { analyser: 2 }
+    );
+    assert_eq!(
+        asked(&mut board, fit(3, 0)),
+        Refusal::Analyser { analyser: 3 }
+    );
+    assert_eq!(
+        asked(&mut board, fit(0, 15)),
+        Refusal::Channel { channel: 15 }
+    );
+    let without_set = asked(&mut board, Request::Motion { analyser: 0 });
+    assert_eq!(without_set, Refusal::NoSet);
+    // Twelve blocks are complete and determine nothing.
+    board.order(&Request::Drive {
+        analyser: 0,
+        drive: Drive { blocks: 12, ..good },
+    });
+    board.run_s(0.5);
+    assert_eq!(
+        asked(&mut board, fit(0, 0)),
+        Refusal::Undetermined { blocks: 12 }
+    );
+}
+
+/// Fifty hertz needs single scans, or blocks of at most 2 at 4 kHz; the counts stream beside them at every rate.
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() {
+    for rate_hz in RATES_HZ {
+        let mut board = Board::on(&format!("fifty-{rate_hz}"));
+        board.order(&Request::Rate(rate_hz));
+        board.stream(false, false);
+        board.order(&Request::Block(BlockSize::One));
+        board.run_s(0.05);
+        board.blocks.clear();
+        let drive = drive(50.0, rate_hz, BlockSize::One, 0.1, 1.5);
+        board.order(&Request::Drive { analyser: 0, drive });
+        board.run_s(2.0);
+        assert_whole(&board, &format!("{rate_hz} Hz"));
+        assert_replay(&mut board, 0, drive);
+        assert_fits(&mut board, 0, rate_hz);
+        let status = board.status();
+        assert_eq!(status.events, Events::NONE);
+    }
+}
+
+/// What the board solves from its sums, against what the host does: the same bits.
+fn assert_fits(board: &mut Board, analyser: u8, rate_hz: u32) {
+    for channel in 0..CHANNELS as u8 {
+        let report = board.ask(&Request::Harmonics { analyser, channel });
+        let Response::Harmonics { drive, sums, .. } = report else {
+            panic!("{report:?}");
+        };
+        let answer = board.ask(&Request::Fit { analyser, channel });
+        let Response::Fit { first_scan, .. } = answer else {
+            panic!("{answer:?}");
+        };
+        let solved = solve_channel(&drive, rate_hz, channel.into(), &sums).unwrap();
+        let host = Response::Fit {
+            drive,
+            first_scan,
+            fit: Fit::from(&solved),
+        };
+        let bytes = |response: &Response| {
+            let mut out = [0; MAX_FRAME];
+            encode_response(response, 0, &mut out).unwrap();
+            out
+        };
+        assert!(
+            bytes(&answer) == bytes(&host),
+            "analyser {analyser}, channel {channel}: {answer:?} and {host:?}"
+        );
+    }
+}
+
+/// Two million blocks are gone through in slices: the board says that it is busy, streams on, and answers in the end.
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_long_window_is_solved_while_the_board_goes_on() {
+    let mut board = Board::on("long");
     board.order(&Request::Rate(4_000));
+    board.order(&Request::Block(BlockSize::One));
     board.stream(false, false);
-    let answer = board.ask(&Request::Block(BlockSize::One));
-    assert!(matches!(
-        answer,
-        Response::Refused(Refusal::LinkCapacity { .. })
-    ));
+    let drive = drive(0.7, 4_000, BlockSize::One, 0.0, 25.0);
+    board.order(&Request::Drive { analyser: 1, drive });
+    board.run_s(25.5);
+    board.blocks.clear();
+    let mut busy = 0;
+    let request = Request::Fit {
+        analyser: 1,
+        channel: 0,
+    };
+    while let Response::Refused(refusal) = board.ask(&request) {
+        assert_eq!(refusal, Refusal::Busy);
+        busy += 1;
+        board.status();
+    }
+    assert!((1..20).contains(&busy), "busy {busy} times");
+    assert_fits(&mut board, 1, 4_000);
+    assert_whole(&board, "while the board solved");
+    let status = board.status();
+    assert_eq!(status.events, Events::NONE);
 }

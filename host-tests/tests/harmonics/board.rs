@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{Analyser, Drive, Harmonics, solve};
+use hexsense::harmonics::{Analyser, Drive, Harmonics, Replay, Solver, solve};
 use hexsense::sampling::{BLOCK, BlockSize, BlockSums};
 
 use crate::reference;
@@ -206,4 +206,50 @@ fn fewer_blocks_than_unknowns_are_refused() {
         // One period of 5 Hz is twelve and a half blocks.
         assert!(blocks < 20 || solved.is_some(), "{blocks} blocks");
     }
+}
+
+#[test]
+fn a_window_that_is_replayed_in_slices_gives_the_same_bits() {
+    let drive = drive(0.7, 1_000.0, 300);
+    let counts = counts(0.7, 1_000.0, 0.5, 300 * BLOCK);
+    let (_, _, sums) = analyse(drive, &counts).report(CHANNEL).unwrap();
+    let whole = solve(&drive, &sums).unwrap();
+    for slice in [1, 7, 64, 299] {
+        let mut replay = Replay::new(drive).unwrap();
+        let mut slices = 1;
+        while !replay.advance(slice) {
+            slices += 1;
+        }
+        assert_eq!(slices, 300_u32.div_ceil(slice));
+        assert_eq!(Solver::new(&replay).unwrap().solve(&sums), whole);
+    }
+}
+
+/// A window of less than a period hardly tells twelve unknowns from each other. What is still answered must be right by
+/// its own uncertainty; the rest is refused.
+#[test]
+fn a_window_too_short_for_its_unknowns_is_refused_before_it_is_wrong() {
+    let mut refused = 0;
+    for tenths in 1..=12 {
+        let blocks = (f64::from(tenths) * 0.1 * 1_000.0 / 0.25 / BLOCK as f64) as u32;
+        let counts = counts(0.25, 1_000.0, 0.5, blocks as usize * BLOCK);
+        let analyser = analyse(drive(0.25, 1_000.0, blocks), &counts);
+        let (drive, _, sums) = analyser.report(CHANNEL).unwrap();
+        let Some(found) = solve(&drive, &sums) else {
+            refused = tenths;
+            continue;
+        };
+        let expected = reference::harmonics_of_sums(0.00025, &counts, BLOCK);
+        let first = found.first();
+        let off = (first.cosine - expected[2]).hypot(first.sine - expected[3]);
+        println!(
+            "{tenths} tenths: {off:e}, {:e}",
+            found.uncertainty.amplitude[0]
+        );
+        assert!(
+            off < 0.01 * found.uncertainty.amplitude[0],
+            "{tenths} tenths"
+        );
+    }
+    assert!((3..10).contains(&refused), "up to {refused} tenths");
 }

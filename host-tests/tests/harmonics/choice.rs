@@ -12,7 +12,7 @@ use crate::accuracy::sums;
 
 #[test]
 fn the_fifth_harmonic_turns_by_a_tenth_of_a_turn_at_most() {
-    let largest = |frequency_hz, rate_hz| largest_block(frequency_hz, rate_hz, &[], 0.0);
+    let largest = |frequency_hz, rate_hz| largest_block(frequency_hz, rate_hz, 3.0, &[], 0.0);
     assert_eq!(largest(0.5, 1_000.0), Some(BlockSize::ThirtyTwo));
     assert_eq!(largest(0.625, 1_000.0), Some(BlockSize::ThirtyTwo));
     assert_eq!(largest(0.626, 1_000.0), Some(BlockSize::Sixteen));
@@ -45,7 +45,7 @@ fn a_known_disturbance_is_kept_from_the_first_harmonic() {
         (solve(&drive, &found).unwrap().first().amplitude() / 20_000.0 - 1.0).abs()
     };
     let lines = [50.0, 100.0, 150.0, line_hz];
-    let chosen = largest_block(frequency_hz, rate_hz.into(), &lines, 2.0 / 6.0).unwrap();
+    let chosen = largest_block(frequency_hz, rate_hz.into(), 3.0, &lines, 2.0 / 6.0).unwrap();
     assert_eq!(chosen, BlockSize::Four);
     assert!(
         error(BlockSize::Sixteen) > 1e-4,
@@ -71,7 +71,7 @@ fn a_known_disturbance_is_kept_from_the_first_harmonic() {
 fn what_single_scans_would_mistake_too_is_not_the_blocks_doing() {
     let lines = [1_001.0];
     assert_eq!(
-        largest_block(0.5, 1_000.0, &lines, 3.0),
+        largest_block(0.5, 1_000.0, 3.0, &lines, 3.0),
         Some(BlockSize::ThirtyTwo)
     );
     assert_eq!(mistaken(0.5, 1_000.0, BlockSize::One, &[999.6], 3.0), None);

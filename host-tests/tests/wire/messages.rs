@@ -1,13 +1,14 @@
 //! Any message: proptest strategies for everything that travels.
 
 use hexsense::channel::Triad;
-use hexsense::harmonics::{ChannelSums, DriveError};
+use hexsense::harmonics::{ChannelSums, DriveError, Uncertainty};
+use hexsense::live_motion::Motion;
 use hexsense::sampling::BlockSize;
 use hexsense::store::Entry;
 use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
+use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Fit, Kept};
 use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
 use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
 use hexsense::wire::{
@@ -37,6 +38,9 @@ pub fn request() -> impl Strategy<Value = Request> {
         (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Request::UploadChunk { offset, bytes }),
         Just(Request::UploadCommit),
         Just(Request::UploadAbort),
+        (any::<u8>(), any::<u8>())
+            .prop_map(|(analyser, channel)| Request::Fit { analyser, channel }),
+        any::<u8>().prop_map(|analyser| Request::Motion { analyser }),
     ]
 }
 
@@ -66,6 +70,43 @@ pub fn response() -> impl Strategy<Value = Response> {
         }),
         any::<[u8; 16]>().prop_map(Response::Challenge),
         any::<u8>().prop_map(|sets| Response::Erased { sets }),
+        (drive(), any::<u64>(), fit()).prop_map(|(drive, first_scan, fit)| Response::Fit {
+            drive,
+            first_scan,
+            fit,
+        }),
+        (drive(), any::<u64>(), motion()).prop_map(|(drive, first_scan, motion)| {
+            Response::Motion {
+                drive,
+                first_scan,
+                motion,
+            }
+        }),
+    ]
+}
+
+fn fit() -> impl Strategy<Value = Fit> {
+    any::<[f64; 6]>().prop_map(|[offset, drift, a, phase, residual_rms, distortion]| Fit {
+        offset,
+        drift,
+        amplitude: [a; 5],
+        phase: [phase; 5],
+        residual_rms,
+        distortion,
+        uncertainty: Uncertainty {
+            offset,
+            drift,
+            amplitude: [phase; 5],
+            phase: [a; 5],
+        },
+    })
+}
+
+fn motion() -> impl Strategy<Value = Result<Motion, PoseRefusal>> {
+    let moved = any::<([f32; 6], [f32; 9])>();
+    prop_oneof![
+        moved.prop_map(|(amplitude, factors)| Ok(Motion { amplitude, factors })),
+        any::<u8>().prop_map(|jack| Err(PoseRefusal::NotFinite { jack })),
     ]
 }
 
@@ -146,6 +187,8 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
         Just(Refusal::Erasure),
         Just(Refusal::Random),
         Just(Refusal::Busy),
+        any::<u8>().prop_map(|analyser| Refusal::Incomplete { analyser }),
+        any::<u32>().prop_map(|blocks| Refusal::Undetermined { blocks }),
     ]
 }
 

@@ -1,13 +1,14 @@
 //! One message of every kind, with numbers whose bytes are all different.
 
 use hexsense::channel::Triad;
-use hexsense::harmonics::{ChannelSums, DriveError};
+use hexsense::harmonics::{ChannelSums, DriveError, Uncertainty};
+use hexsense::live_motion::Motion;
 use hexsense::sampling::BlockSize;
 use hexsense::store::Entry;
 use hexsense::store::log::Reason;
 use hexsense::store::{BaseError, RecordError, SetId};
 use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, Chunk, Kept};
+use hexsense::wire::message::{ActiveSet, Chunk, Fit, Kept};
 use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
 use hexsense::wire::telemetry::Header;
 use hexsense::wire::{
@@ -95,6 +96,8 @@ pub fn requests() -> Vec<(&'static str, Request)> {
         UploadChunk { .. } => Request::UploadChunk { offset: 0x7172, bytes: chunk() },
         UploadCommit {} => Request::UploadCommit,
         UploadAbort {} => Request::UploadAbort,
+        Fit { .. } => Request::Fit { analyser: 2, channel: 13 },
+        Motion { .. } => Request::Motion { analyser: 1 },
     })
 }
 
@@ -112,6 +115,8 @@ pub fn responses() -> Vec<(&'static str, Response)> {
         Log { .. } => Response::Log { last: 0x0102_0304, entries: [ENTRY].into_iter().collect() },
         Challenge { .. } => Response::Challenge(*b"0123456789abcdef"),
         Erased { .. } => Response::Erased { sets: 8 },
+        Fit { .. } => Response::Fit { drive: DRIVE, first_scan: 0x0102_0304, fit: fit() },
+        Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
     })
 }
 
@@ -146,6 +151,8 @@ pub fn refusals() -> Vec<(&'static str, Refusal)> {
         Erasure {} => Refusal::Erasure,
         Random {} => Refusal::Random,
         Busy {} => Refusal::Busy,
+        Incomplete { .. } => Refusal::Incomplete { analyser: 2 },
+        Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
     })
 }
 
@@ -343,6 +350,28 @@ fn harmonics(state: HarmonicState) -> Response {
             square: 3,
             cosine: [-4, 5, -6, 7, -8],
             sine: [9, -10, 11, -12, 13],
+        },
+    }
+}
+
+const MOTION: Motion = Motion {
+    amplitude: [0.5, 0.25, -0.5, 2.0, 4.0, 8.0],
+    factors: [1.0, -1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0],
+};
+
+fn fit() -> Fit {
+    Fit {
+        offset: 0.5,
+        drift: -0.25,
+        amplitude: [1.0, 2.0, 3.0, 4.0, 5.0],
+        phase: [-1.0, -2.0, -3.0, -4.0, -5.0],
+        residual_rms: 6.0,
+        distortion: 7.0,
+        uncertainty: Uncertainty {
+            offset: 0.125,
+            drift: 8.0,
+            amplitude: [9.0, 10.0, 11.0, 12.0, 13.0],
+            phase: [14.0, 15.0, 16.0, 17.0, 18.0],
         },
     }
 }

@@ -8,6 +8,7 @@ mod broken_off;
 mod calibrate;
 mod capture;
 mod factory_reset;
+mod harmonics;
 mod history;
 mod info;
 mod kinematics;
@@ -49,6 +50,7 @@ enum Command {
     Info(info::Info),
     Status(status::Status),
     Capture(capture::Capture),
+    Harmonics(harmonics::Harmonics),
     Plan(plan::Plan),
     Calibrate(calibrate::Calibrate),
     Provision(provision::Provision),
@@ -71,6 +73,7 @@ pub fn run() -> ExitCode {
         Command::Info(command) => command.run(),
         Command::Status(command) => command.run(),
         Command::Capture(command) => command.run(),
+        Command::Harmonics(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Provision(command) => command.run(),

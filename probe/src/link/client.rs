@@ -3,12 +3,14 @@
 use std::time::Duration;
 
 use hexsense::harmonics::ChannelSums;
+use hexsense::live_motion::Motion;
 use hexsense::sampling::BlockSize;
 use hexsense::store::MAX_ENCODED;
-use hexsense::wire::message::ActiveSet;
+use hexsense::wire::message::{ActiveSet, Fit};
 use hexsense::wire::telemetry::Block;
 use hexsense::wire::{
-    Drive, HarmonicState, Identity, PoseReport, Request, Response, Status, StreamContent,
+    Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Request, Response, Status,
+    StreamContent,
 };
 
 use super::conversation::{Contact, Conversation, answer_error};
@@ -32,6 +34,20 @@ pub struct HarmonicReport {
     /// The sums.
     pub sums: ChannelSums,
 }
+
+/// Harmonics of one channel with what they belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitReport {
+    /// What was estimated.
+    pub drive: Drive,
+    /// Scan counter of the first scan in the sums.
+    pub first_scan: u64,
+    /// What the board found.
+    pub fit: Fit,
+}
+
+/// How long the board may work on a fit: two million blocks take it some ten seconds.
+const LONGEST_FIT: Duration = Duration::from_secs(60);
 
 impl Client {
     /// Opens `port` and makes sure that a board of our version is behind it; it does not stream afterwards.
@@ -192,6 +208,38 @@ impl Client {
                 first_scan,
                 sums,
             }),
+            _ => Err(answer_error(&request)),
+        }
+    }
+
+    /// Harmonics of an analyser, 0 to 2, in one channel, 0 to 14, as the board solves them from its complete sums.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn fit(&mut self, analyser: u8, channel: u8) -> Result<FitReport, LinkError> {
+        let request = Request::Fit { analyser, channel };
+        match self.conversation.ask_patiently(&request, LONGEST_FIT)? {
+            Response::Fit {
+                drive,
+                first_scan,
+                fit,
+            } => Ok(FitReport {
+                drive,
+                first_scan,
+                fit,
+            }),
+            _ => Err(answer_error(&request)),
+        }
+    }
+
+    /// How the base moved at the drive frequency of an analyser, 0 to 2, or why the board's jacks give no pose.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn motion(&mut self, analyser: u8) -> Result<Result<Motion, PoseRefusal>, LinkError> {
+        let request = Request::Motion { analyser };
+        match self.conversation.ask_patiently(&request, LONGEST_FIT)? {
+            Response::Motion { motion, .. } => Ok(motion),
             _ => Err(answer_error(&request)),
         }
     }

@@ -197,6 +197,17 @@ impl Conversation {
         Err(self.silent(request, ATTEMPTS, start).into())
     }
 
+    /// Asks for something that the board may have to work on for so long, being busy meanwhile.
+    pub fn ask_patiently(
+        &mut self,
+        request: &Request,
+        timeout: Duration,
+    ) -> Result<Response, LinkError> {
+        let start = self.transport.now();
+        let answer = self.ask_once(request, timeout)?;
+        answer.ok_or_else(|| self.silent(request, 1, start).into())
+    }
+
     /// Asks once and waits for `timeout`; `None` when no answer came.
     pub fn ask_once(
         &mut self,
@@ -336,5 +347,7 @@ fn name(request: &Request) -> &'static str {
         Request::UploadChunk { .. } => "piece of an upload",
         Request::UploadCommit => "commit of an upload",
         Request::UploadAbort => "end of an upload",
+        Request::Fit { .. } => "harmonics",
+        Request::Motion { .. } => "motion",
     }
 }

@@ -136,6 +136,7 @@ impl Asked<'_> {
             let allowed = largest_block(
                 line.frequency_hz,
                 self.rate_hz.into(),
+                line.length_s * line.frequency_hz,
                 &self.disturbances_hz,
                 line.distance_hz(),
             );
@@ -295,33 +296,33 @@ mod tests {
             }
         }
         assert_eq!(chosen(50.0, 1_000, "lines_hz = []"), Ok(BlockSize::One));
-        assert_eq!(chosen(9.9, 4_000, "lines_hz = []"), Ok(BlockSize::Eight));
+        assert_eq!(chosen(9.9, 4_000, "lines_hz = []"), Ok(BlockSize::Four));
     }
 
     #[test]
     fn the_block_keeps_known_disturbances_off_the_harmonics() {
-        // 16 scans at 1 kHz come at 62.5 Hz: 50 Hz is the fifth harmonic of 2.5 Hz below it; 8 scans come at 125 Hz.
+        // 16 scans at 1 kHz come at 62.5 Hz: 59.5 Hz is the third harmonic of 1 Hz below it; 8 scans come at 125 Hz.
         assert_eq!(
             chosen(0.5, 1_000, "lines_hz = []").unwrap(),
             BlockSize::ThirtyTwo
         );
         assert_eq!(
-            chosen(1.25, 1_000, "lines_hz = []").unwrap(),
+            chosen(1.0, 1_000, "lines_hz = []").unwrap(),
             BlockSize::Sixteen
         );
         assert_eq!(
-            chosen(1.25, 1_000, "lines_hz = [58.75]").unwrap(),
+            chosen(1.0, 1_000, "lines_hz = [59.5]").unwrap(),
             BlockSize::Eight
         );
         // Multiples of a disturbance count.
         assert_eq!(
-            chosen(1.25, 1_000, "lines_hz = [29.375]").unwrap(),
+            chosen(1.0, 1_000, "lines_hz = [29.75]").unwrap(),
             BlockSize::Eight
         );
         // Mains of 50 Hz is what is expected where nothing is said.
         assert_eq!(
-            chosen(1.25, 1_000, "").unwrap(),
-            chosen(1.25, 1_000, "lines_hz = [50.0]").unwrap()
+            chosen(1.0, 1_000, "").unwrap(),
+            chosen(1.0, 1_000, "lines_hz = [50.0]").unwrap()
         );
     }
 

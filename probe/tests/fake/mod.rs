@@ -15,19 +15,19 @@ use std::time::Duration;
 use embassy_futures::block_on;
 use hexsense::authority;
 use hexsense::channel::Scan;
-use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums};
+use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums, solve_channel};
 use hexsense::keeper::{Active, Command, Keeper};
 use hexsense::live_pose::{JackBlock, Tracker};
 use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
 use hexsense::wire::change::{Act, Challenge, Change};
 use hexsense::wire::frame::{self, Closed, Deframer};
 use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{decode_request, encode_response};
+use hexsense::wire::message::{Fit, decode_request, encode_response};
 use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
 use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense::wire::{
-    BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, Status,
-    StreamContent, VERSION, pose,
+    BoardPose, Drive, HarmonicState, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
+    Response, Status, StreamContent, VERSION, pose,
 };
 
 use flash::Flash;
@@ -436,8 +436,28 @@ impl FakeBoard {
             }
             Request::UploadCommit => return self.keep(Command::Commit),
             Request::UploadAbort => return self.keep(Command::Abort),
+            Request::Fit { analyser, channel } => return self.fit(analyser, channel),
+            Request::Motion { .. } => return Err(Refusal::NoSet),
         }
         Ok(Response::Done)
+    }
+
+    fn fit(&self, analyser: u8, channel: u8) -> Result<Response, Refusal> {
+        let found = self.analysers.get(usize::from(analyser));
+        let found = found.ok_or(Refusal::Analyser { analyser })?;
+        if found.state() != HarmonicState::Complete {
+            return Err(Refusal::Incomplete { analyser });
+        }
+        let channel = usize::from(channel);
+        let (drive, first_scan, sums) = found.report(channel).unwrap();
+        let solved = solve_channel(&drive, self.rate_hz, channel, &sums);
+        Ok(Response::Fit {
+            drive,
+            first_scan,
+            fit: Fit::from(&solved.ok_or(Refusal::Undetermined {
+                blocks: drive.blocks,
+            })?),
+        })
     }
 
     /// Has the keeper carry out a command.

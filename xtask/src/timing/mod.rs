@@ -33,6 +33,10 @@ const PATH_WITH_JACKS: &str = "sample_path";
 /// Interrupt of the converters' DMA, in which all of it happens: DMA1 channel 1.
 const INTERRUPT: &str = "irq:11";
 const POSE: &str = "solve_pose";
+/// Harmonics of one channel at report time, once the window has been gone through.
+const FIT: &str = "solve_harmonics";
+/// A block of the window that is gone through.
+const REPLAY: &str = "hexsense::harmonics::replay::Replay::add";
 const SUMS: &str = "sums_16";
 
 /// Scans of a block.
@@ -75,6 +79,15 @@ struct Pose {
     poses: u64,
 }
 
+/// What the board solves at report time, in thread mode: soft `f64`, whose instructions depend on the data.
+#[derive(Debug, Serialize)]
+struct Fit {
+    /// One channel, when the window has been gone through.
+    channel_instructions_max: u64,
+    /// A block of the window, once for all channels.
+    block_instructions_max: u64,
+}
+
 #[derive(Debug, Serialize)]
 struct Figures {
     block: u64,
@@ -89,6 +102,7 @@ struct Figures {
     path_with_jacks: Span,
     channels_with_jacks: usize,
     pose: Pose,
+    fit: Fit,
 }
 
 /// Counts and prints; fails when a time depends on data or a budget is exceeded.
@@ -112,7 +126,7 @@ fn measure() -> anyhow::Result<Figures> {
     bench_sample_path::build()?;
     let sums = sums(&parts)?;
     let pins = Pins::start()?;
-    let count = [PATH, PATH_WITH_JACKS, INTERRUPT, POSE].map(str::to_owned);
+    let count = [PATH, PATH_WITH_JACKS, INTERRUPT, POSE, FIT, REPLAY].map(str::to_owned);
     let folder = build::workspace().join("target/timing");
     let board = CountingBoard::start(
         &parts.virtual_board,
@@ -134,6 +148,7 @@ fn measure() -> anyhow::Result<Figures> {
     let pose = pose(&all)?;
     pins.set_moves(false);
     all.push(sessions.run(LOADS[2].0, BLOCKS)?);
+    let fits = sessions.fits()?;
     Ok(Figures {
         block: BLOCK,
         channels: INERTIAL,
@@ -145,6 +160,10 @@ fn measure() -> anyhow::Result<Figures> {
         path_with_jacks: span(&all, PATH_WITH_JACKS)?,
         channels_with_jacks: CHANNELS,
         pose,
+        fit: Fit {
+            channel_instructions_max: most(&fits, FIT)?,
+            block_instructions_max: most(&fits, REPLAY)?,
+        },
     })
 }
 
@@ -164,6 +183,11 @@ fn sums(parts: &Parts) -> anyhow::Result<Span> {
 
 fn span(sessions: &[Session], name: &str) -> anyhow::Result<Span> {
     Span::of(sessions.iter().map(|session| &session.counts), name)
+}
+
+fn most(counts: &Counts, name: &str) -> anyhow::Result<u64> {
+    let most = counts.of(name).map(|count| count.instructions.max).max();
+    most.with_context(|| format!("{name} was never called"))
 }
 
 fn calls(sessions: &[Session], name: &str) -> u64 {
@@ -264,6 +288,12 @@ fn print_table(figures: &Figures) {
     println!(
         "{:<24} {:>6} to {:>6} a pose, {} poses",
         "pose", figures.pose.instructions_min, figures.pose.instructions_max, figures.pose.poses
+    );
+    println!(
+        "{:<24} {:>6} a channel, and {} a block of the window once for all channels, at most",
+        "harmonics, solved",
+        figures.fit.channel_instructions_max,
+        figures.fit.block_instructions_max
     );
     for (rate_hz, percent) in &figures.load_percent {
         println!("core at {rate_hz} Hz: {percent:.2} %");

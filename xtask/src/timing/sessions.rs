@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use hexsense::channel::Triad;
-use hexsense::harmonics::Drive;
+use hexsense::channel::{CHANNELS, Triad};
 use hexsense::harmonics::drive::MAX_BLOCKS;
+use hexsense::harmonics::{Drive, increment};
 use hexsense::sampling::BlockSize;
 use hexsense::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
@@ -89,6 +89,30 @@ impl Sessions {
             counts,
             lasted_s: self.now_s - began_s,
         })
+    }
+
+    /// Has the board solve all channels of a window of three periods, and counts.
+    pub fn fits(&mut self) -> anyhow::Result<Counts> {
+        let mut client = self.connect()?;
+        client.rate(1_000)?;
+        let drive = Drive {
+            increment: increment(0.9, 1_000).context("a drive that the board takes")?,
+            block: BlockSize::Sixteen,
+            settle_blocks: 0,
+            blocks: 208,
+        };
+        client.drive(0, drive)?;
+        client.stream(StreamContent {
+            counts: true,
+            ..StreamContent::default()
+        })?;
+        for _ in 0..=drive.blocks {
+            client.block(PATIENCE)?;
+        }
+        for channel in 0..CHANNELS as u8 {
+            client.fit(0, channel)?;
+        }
+        self.leave(client)
     }
 
     fn connect(&self) -> anyhow::Result<Client> {
