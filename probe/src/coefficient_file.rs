@@ -4,7 +4,7 @@
 //! number was changed, no longer has the identity that it states, and is refused.
 
 use std::path::Path;
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::UNIX_EPOCH;
 
 use hexsense::channel::{JACKS, Triad};
 use hexsense::store::{
@@ -12,6 +12,7 @@ use hexsense::store::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::date;
 use crate::files::{self, FileError};
 
 const FORMAT: &str = "hexsense coefficients, version 2";
@@ -184,7 +185,6 @@ fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileE
 
 impl Keys {
     fn of(file: &str, set: &CoefficientSet) -> Result<Self, CoefficientFileError> {
-        let date = UNIX_EPOCH + Duration::from_secs(set.unix_s);
         let [linear_acceleration, angular_acceleration, angular_rate] =
             set.triads.each_ref().map(Table::of);
         Ok(Self {
@@ -193,7 +193,7 @@ impl Keys {
             board: files::hex(&set.board),
             geometry: set.geometry.to_string(),
             geometry_hash: files::hex(&set.geometry_hash),
-            date_utc: humantime::format_rfc3339_seconds(date).to_string(),
+            date_utc: date::utc(set.unix_s),
             temperature_c: wide(set.temperature_c),
             captures_sha256: files::hex(&set.provenance),
             linear_acceleration,

@@ -17,6 +17,7 @@
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
 //! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
 //! | [`cli`] | the commands |
+//! | [`date`] | the host's clock, and dates as people read them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -25,6 +26,7 @@ pub mod campaign;
 pub mod capture;
 pub mod cli;
 pub mod coefficient_file;
+pub mod date;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;

@@ -14,9 +14,9 @@ use crate::analysis::belief::Belief;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
+use crate::date;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
-use crate::link::change::unix_s;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 
@@ -99,7 +99,7 @@ impl Calibrate {
                 .try_into()
                 .unwrap_or_default(),
             geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun.date_unix_s.unwrap_or_else(unix_s),
+            unix_s: begun.date_unix_s.unwrap_or_else(date::now),
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,

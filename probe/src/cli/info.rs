@@ -5,9 +5,11 @@ use hexsense::wire::VERSION;
 
 use super::arguments::Port;
 use super::losses;
+use super::status::key;
 use crate::files;
 
-/// Print who the board is: its identity, its firmware, and why it last started; `hexsense status` prints how it is.
+/// Print who the board is: its identity, its firmware, why it last started and whether it has a key; `hexsense status`
+/// prints how it is.
 #[derive(Args)]
 pub struct Info {
     #[command(flatten)]
@@ -33,6 +35,7 @@ impl Info {
             VERSION
         );
         println!("last start     {}", losses::cause(identity.reset));
+        println!("key            {}", key(client.status()?.provisioned));
         Ok(())
     }
 }

@@ -7,12 +7,16 @@ mod arguments;
 mod broken_off;
 mod calibrate;
 mod capture;
+mod factory_reset;
+mod history;
 mod info;
 mod kinematics;
+mod log;
 mod losses;
 mod plan;
 mod provision;
 mod report;
+mod rollback;
 mod runs;
 mod session;
 mod show;
@@ -51,6 +55,10 @@ enum Command {
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
+    History(history::History),
+    Rollback(rollback::Rollback),
+    FactoryReset(factory_reset::FactoryReset),
+    Log(log::Log),
     Kinematics(kinematics::Kinematics),
 }
 
@@ -69,6 +77,10 @@ pub fn run() -> ExitCode {
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::History(command) => command.run(),
+        Command::Rollback(command) => command.run(),
+        Command::FactoryReset(command) => command.run(),
+        Command::Log(command) => command.run(),
         Command::Kinematics(command) => command.run(),
     });
     match result {

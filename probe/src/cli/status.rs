@@ -17,7 +17,7 @@ use crate::link::{Client, LinkError};
 const CORE_HZ: f64 = 150e6;
 
 /// Print how the board is: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
-/// temperature, active set, why it started, stack, last panic.
+/// temperature, key, active set, why it started, stack, last panic.
 ///
 /// Everything that went wrong since the start is printed as an `event` with its count and the time of the last; starts and
 /// their causes are counted since the power came on.
@@ -120,8 +120,9 @@ impl Reading {
             let (roll, pitch) = (roll.to_degrees(), pitch.to_degrees());
             lines.push(("tilt, rough", format!("roll {roll:.1}°, pitch {pitch:.1}°")));
         }
+        lines.push(("key", key(status.provisioned).to_owned()));
         let set = match self.active {
-            Some(set) => format!("set {}, commit {}", set.id, set.sequence),
+            Some(set) => format!("set {}, uploaded with change {}", set.id, set.sequence),
             None => "none; calibrate and upload a set".to_owned(),
         };
         lines.push(("coefficients", set));
@@ -279,6 +280,7 @@ impl Reading {
             "temperature_c": status.temperature_c,
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
             "tilt_approximate_rad": status.tilt_approximate_rad,
+            "provisioned": status.provisioned,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
             "start": losses::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
@@ -318,6 +320,15 @@ fn clock(status: &BoardStatus) -> &'static str {
         "crystal"
     } else {
         "internal oscillator, about 1 % off: not fit to calibrate"
+    }
+}
+
+/// Whether the board has a key, in words.
+pub(super) fn key(provisioned: bool) -> &'static str {
+    if provisioned {
+        "provisioned; the board takes changes only with its key"
+    } else {
+        "NONE: the board takes no changes until `hexsense provision` gives it a key"
     }
 }
 

@@ -15,10 +15,10 @@ use crate::board_pose::{self, Difference, LIMIT};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
+use crate::date;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::link::Client;
-use crate::link::change::unix_s;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 use crate::replay::{WrongValues, first_wrong_values};
@@ -84,7 +84,7 @@ impl Verify {
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
-        let date = self.date.date.unwrap_or_else(unix_s);
+        let date = self.date.date.unwrap_or_else(date::now);
         let since_set_s = date.saturating_sub(ours.unix_s) as f64;
         let elapsed_s = since_set_s + campaign.recorded_s()?;
         judge(&campaign, run, &ours, poses, elapsed_s)

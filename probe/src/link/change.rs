@@ -7,7 +7,7 @@
 //! The begin of an upload may be asked again when its answer is lost. Any other change must not be made twice: it is
 //! asked once, and without an answer the board's log tells whether it was made.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use hexsense::authority;
 use hexsense::store::SetId;
@@ -19,6 +19,7 @@ use hexsense::wire::{Refusal, Request, Response};
 use super::LinkError;
 use super::client::Client;
 use super::conversation::{ATTEMPTS, answer_error};
+use crate::date;
 
 /// How long a change may take on the board: with all erasures of a factory reset a quarter of a second.
 pub(super) const CHANGE: Duration = Duration::from_millis(2_000);
@@ -47,13 +48,6 @@ impl ChangeError {
             error => Self::Before(error),
         }
     }
-}
-
-/// The host's clock, seconds since 1970-01-01 UTC.
-#[must_use]
-pub fn unix_s() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| now.as_secs())
 }
 
 impl Client {
@@ -116,7 +110,7 @@ impl Client {
             let (last, entries) = self.log_page(next)?;
             log.extend_from_slice(&entries);
             match entries.last() {
-                Some(entry) if entry.counter < last => next = entry.counter + 1,
+                Some(entry) if (next..last).contains(&entry.counter) => next = entry.counter + 1,
                 _ => return Ok(log),
             }
         }
@@ -145,7 +139,7 @@ impl Client {
 
     /// Begins an upload; asked again, with a new challenge, when no answer comes.
     pub(super) fn begin_upload(&mut self, key: &Key, act: Act) -> Result<(), LinkError> {
-        let unix_s = unix_s();
+        let unix_s = date::now();
         let change = Change { unix_s, act };
         let start = self.now();
         let mut request = Request::Challenge;
@@ -162,7 +156,7 @@ impl Client {
 
     /// Has a change made, once; `None` when its answer was lost and the log shows it.
     fn change(&mut self, key: &Key, act: Act) -> Result<Option<Response>, ChangeError> {
-        let unix_s = unix_s();
+        let unix_s = date::now();
         let reason = reason(&act);
         let change = Change { unix_s, act };
         let (last, _) = self.log_page(u32::MAX).map_err(ChangeError::before)?;
@@ -175,7 +169,9 @@ impl Client {
             Err(error) => return Err(ChangeError::During(error)),
         }
         // The board answers this only after the change, if that ever came.
-        let since = self.log(last + 1).map_err(ChangeError::During)?;
+        let since = self
+            .log(last.saturating_add(1))
+            .map_err(ChangeError::During)?;
         let made = |entry: &Entry| entry.reason == reason && entry.unix_s == unix_s;
         if since.iter().any(made) {
             return Ok(None);

@@ -1,13 +1,12 @@
 //! Under which conditions the coefficients were found: base, board, sensors, date, temperature, identities, runs.
 
-use std::time::{Duration, UNIX_EPOCH};
-
 use hexsense::store::{CoefficientSet, MAX_ENCODED};
 
 use super::number::{fixed, rounded, significant};
 use super::page::{Page, row, text};
 use super::{ReportInput, base, code, held_out};
 use crate::analysis::AnalysisError;
+use crate::date::utc;
 use crate::files;
 use crate::plan::{Freedom, MultisineEntry, Purpose, RampsEntry, Run, Shape, SineEntry};
 use crate::sensor_file::SensorFile;
@@ -36,10 +35,7 @@ pub fn head(input: &ReportInput) -> Result<String, AnalysisError> {
 }
 
 fn date(set: &CoefficientSet) -> String {
-    // A date beyond year 9999 cannot be written.
-    let seconds = set.unix_s.min(253_402_300_799);
-    let date = humantime::format_rfc3339_seconds(UNIX_EPOCH + Duration::from_secs(seconds));
-    date.to_string().replace('T', " ").replace('Z', " UTC")
+    utc(set.unix_s).replace('T', " ").replace('Z', " UTC")
 }
 
 fn identity(set: &CoefficientSet) -> Result<String, AnalysisError> {

@@ -41,6 +41,8 @@ pub const RATE_HZ: u32 = 1_000;
 pub enum Fault {
     /// Nothing.
     None,
+    /// The request is lost on the way.
+    LoseRequest(u32),
     /// The request is carried out, and its answer is lost.
     LoseAnswer(u32),
     /// The request is carried out, and its answer comes only with that of the next one.
@@ -49,6 +51,8 @@ pub enum Fault {
     DamageAnswer(u32),
     /// The line is cut when this request comes.
     CutAt(u32),
+    /// The line is cut when this request has been carried out.
+    CutAfter(u32),
     /// The board falls silent with this request: no answer, no sample any more.
     SilentFrom(u32),
     /// The flash gives back a changed set.
@@ -67,6 +71,8 @@ pub struct FakeBoard {
     pub cut: bool,
     pub crystal: bool,
     pub flash: Flash,
+    /// Every byte that came from hosts.
+    pub heard: Vec<u8>,
     /// Loses the frames of these blocks, counted from the start of the board.
     pub lose_blocks: std::ops::Range<u64>,
     source: Box<dyn Source>,
@@ -110,6 +116,7 @@ impl FakeBoard {
             crystal: true,
             keeper: Keeper::new(flash.clone(), uid),
             flash,
+            heard: Vec::new(),
             lose_blocks: 0..0,
             source,
             requests: 0,
@@ -145,6 +152,11 @@ impl FakeBoard {
         self.keeper.active()
     }
 
+    /// Requests that were heard so far.
+    pub fn requests(&self) -> u32 {
+        self.requests
+    }
+
     /// Lets time pass in which nothing happens.
     pub fn wait(&mut self, time: Duration) {
         self.uptime += time;
@@ -152,6 +164,7 @@ impl FakeBoard {
 
     /// Takes bytes from the host; what the board answers.
     pub fn take(&mut self, bytes: &[u8]) -> Vec<u8> {
+        self.heard.extend_from_slice(bytes);
         let mut out = Vec::new();
         for byte in bytes {
             let Some(Closed::Frame(frame)) = self.deframer.push(*byte) else {
@@ -288,6 +301,9 @@ impl FakeBoard {
 
     fn answer(&mut self, payload: &[u8]) -> Option<Response> {
         self.requests += 1;
+        if self.fault == Fault::LoseRequest(self.requests) {
+            return None;
+        }
         let response = match decode_request(payload) {
             Some(request) => match self.carry_out(request) {
                 Ok(response) => response,
@@ -296,7 +312,7 @@ impl FakeBoard {
             None => Response::Refused(Refusal::Malformed),
         };
         match self.fault {
-            Fault::CutAt(at) if self.requests >= at => self.cut = true,
+            Fault::CutAt(at) | Fault::CutAfter(at) if self.requests >= at => self.cut = true,
             Fault::LoseAnswer(at) if self.requests == at => return None,
             Fault::SilentFrom(from) if self.requests >= from => return None,
             _ => {}

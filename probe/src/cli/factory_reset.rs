@@ -1,0 +1,101 @@
+//! `hexsense factory-reset`: all coefficient sets are erased.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+
+use anyhow::{bail, ensure};
+use clap::Args;
+
+use super::arguments::{Key, Port};
+use super::history::table;
+use crate::files;
+
+/// Erase all coefficient sets that the board keeps. It measures on without coefficients; its key and its log stay.
+///
+/// What would be erased is printed first, and `yes` must be typed; scripts say --yes. The erased sets cannot be brought
+/// back from the board, only uploaded again from their campaigns' folders. The board takes the reset only with its key.
+#[derive(Args)]
+pub struct FactoryReset {
+    #[command(flatten)]
+    port: Port,
+    #[command(flatten)]
+    key: Key,
+    /// Erase without asking
+    #[arg(long)]
+    yes: bool,
+}
+
+impl FactoryReset {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// An answer that is not yes, nobody to ask, a file that is no key, and what the link reports.
+    pub fn run(self) -> anyhow::Result<()> {
+        let key = self.key.load()?;
+        let mut client = self.port.open()?;
+        let board = files::hex(&client.identity()?.board);
+        let history = client.history()?;
+        eprintln!("board {board} keeps {}", sets(history.len()));
+        if !history.is_empty() {
+            eprint!("{}", table(&history, client.active_set()?));
+        }
+        if !self.yes {
+            ensure!(
+                io::stdin().is_terminal(),
+                "nobody is at a terminal to say yes, and nothing was erased; add --yes to erase without asking"
+            );
+            confirm(io::stdin().lock(), io::stderr())?;
+        }
+        let erased = client.factory_reset(&key)?;
+        if client.active_set()?.is_some() || !client.history()?.is_empty() {
+            bail!(
+                "the board still keeps sets after the reset; see `hexsense history` and try again"
+            );
+        }
+        println!(
+            "erased {}; the board has no coefficients now",
+            sets(erased.len())
+        );
+        println!("its key stays, and so does its log, which has the reset as its last entry");
+        Ok(())
+    }
+}
+
+fn sets(count: usize) -> String {
+    match count {
+        0 => "no coefficient set".to_owned(),
+        1 => "1 coefficient set".to_owned(),
+        count => format!("{count} coefficient sets"),
+    }
+}
+
+/// Asks once; anything but yes is no.
+fn confirm(mut from: impl BufRead, mut to: impl Write) -> anyhow::Result<()> {
+    write!(to, "Erase them all? Type yes: ")?;
+    to.flush()?;
+    let mut answer = String::new();
+    from.read_line(&mut answer)?;
+    ensure!(
+        answer.trim() == "yes",
+        "the answer was not yes, and nothing was erased"
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_but_yes_is_yes() {
+        for answer in ["yes\n", "yes", " yes \r\n"] {
+            confirm(answer.as_bytes(), io::sink()).unwrap();
+        }
+        for answer in ["", "\n", "y\n", "YES\n", "no\n", "yes please\n"] {
+            let error = confirm(answer.as_bytes(), io::sink()).unwrap_err();
+            assert!(
+                error.to_string().contains("nothing was erased"),
+                "{answer:?}"
+            );
+        }
+    }
+}

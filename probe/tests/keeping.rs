@@ -1,0 +1,386 @@
+//! The commands that change what the board keeps and show what was changed, as a user types them.
+
+mod fake;
+
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+use fake::FakeBoard;
+use fake::key::KEY;
+use fake::line::lockstep;
+use fake::source::Still;
+use hexsense::store::CoefficientSet;
+use hexsense_probe::{coefficient_file, key_file};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder, and a board at a port.
+struct Desk {
+    folder: TempDir,
+    port: String,
+}
+
+impl Desk {
+    /// A board with a key, whose file is in the folder.
+    fn new() -> Self {
+        let desk = Self::with(FakeBoard::new(Box::new(Still)));
+        fake::key::save(desk.folder.path());
+        desk
+    }
+
+    fn with(board: FakeBoard) -> Self {
+        Self {
+            folder: tempfile::tempdir().unwrap(),
+            port: lockstep(board),
+        }
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        Command::cargo_bin("hexsense")
+            .unwrap()
+            .current_dir(self.path())
+            .args(arguments)
+            .args(["--port", &self.port])
+            .output()
+            .unwrap()
+    }
+
+    /// What a command that must succeed prints.
+    fn says(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?}: {error}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn json(&self, command: &str) -> Value {
+        serde_json::from_str(&self.says(&[command, "--json"])).unwrap()
+    }
+
+    /// What a command that must fail says; nothing is printed, and the log stays as it was.
+    fn refuses(&self, arguments: &[&str], parts: &[&str]) {
+        let before = self.json("log");
+        let output = self.run(arguments);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success(), "{arguments:?} succeeded");
+        assert!(output.stdout.is_empty() && !error.contains("panicked"));
+        for part in parts {
+            assert!(error.contains(part), "{part:?} is not in: {error}");
+        }
+        assert_eq!(self.json("log"), before, "{arguments:?}");
+    }
+
+    /// Uploads the set that was made at `unix_s`; its identity.
+    fn upload(&self, unix_s: u64) -> String {
+        let set = fake::set::set(unix_s);
+        coefficient_file::save(&self.path().join("coefficients.toml"), &set).unwrap();
+        self.says(&["upload", "coefficients.toml"]);
+        CoefficientSet::id_of(&fake::set::encoded(&set)).to_string()
+    }
+
+    fn active_id(&self) -> Value {
+        self.json("show")["id"].clone()
+    }
+}
+
+/// Another key's file in the folder of `desk`.
+fn other_key(desk: &Desk) {
+    key_file::create(&desk.path().join("other.key")).unwrap();
+}
+
+#[test]
+fn a_board_says_whether_it_has_a_key_and_gets_it_once() {
+    let desk = Desk::with(FakeBoard::unprovisioned(Box::new(Still)));
+    assert_eq!(desk.json("status")["provisioned"], false);
+    for command in ["status", "info"] {
+        let said = desk.says(&[command]);
+        assert!(
+            said.contains("NONE") && said.contains("`hexsense provision`"),
+            "{said}"
+        );
+    }
+    assert!(desk.says(&["log"]).contains("the log is empty"));
+    // No key file is made for a board whose key cannot be replaced.
+    std::fs::write(desk.path().join("old.key"), "00".repeat(32)).unwrap();
+    desk.refuses(
+        &["provision", "--old-key", "old.key"],
+        &["has no key that could be replaced", "leave --old-key out"],
+    );
+    assert!(!desk.path().join("hexsense.key").exists());
+
+    let said = desk.says(&["provision"]);
+    assert!(said.contains("only with the key in hexsense.key"), "{said}");
+    let key = key_file::load(&desk.path().join("hexsense.key")).unwrap();
+    let digits = std::fs::read_to_string(desk.path().join("hexsense.key")).unwrap();
+    assert!(!said.contains(digits.trim()));
+    assert_eq!(desk.json("status")["provisioned"], true);
+    for command in ["status", "info"] {
+        let said = desk.says(&[command]);
+        assert!(
+            said.contains("provisioned; the board takes changes only"),
+            "{said}"
+        );
+    }
+    let id = desk.upload(1);
+    assert_eq!(desk.active_id(), id);
+
+    let again = ["has a key already", "nothing has changed", "--old-key FILE"];
+    desk.refuses(&["provision"], &again);
+    desk.refuses(&["provision", "--key", "new.key"], &again);
+    assert!(!desk.path().join("new.key").exists());
+    assert!(key_file::load(&desk.path().join("hexsense.key")).unwrap() == key);
+}
+
+#[test]
+fn a_key_is_replaced_with_the_old_one_only() {
+    let desk = Desk::new();
+    other_key(&desk);
+    desk.refuses(
+        &["provision", "--old-key", "hexsense.key"],
+        &[
+            "hexsense.key: holds the key that the board has",
+            "--key FILE",
+        ],
+    );
+    desk.refuses(
+        &["provision", "--old-key", "other.key", "--key", "new.key"],
+        &[
+            "the key is not that of this board",
+            "new.key stays as it is: the same command uses its key again",
+        ],
+    );
+    let new = key_file::load(&desk.path().join("new.key")).unwrap();
+    // A second passes on the board, whose time goes on only while somebody listens.
+    desk.says(&["capture", "--seconds", "2", "--out", "pause.csv"]);
+    desk.says(&["provision", "--old-key", "hexsense.key", "--key", "new.key"]);
+    assert!(key_file::load(&desk.path().join("new.key")).unwrap() == new);
+    let set = fake::set::set(1);
+    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    desk.says(&["upload", "--key", "new.key", "coefficients.toml"]);
+    desk.refuses(
+        &["upload", "coefficients.toml"],
+        &["the key is not that of this board", "unchanged"],
+    );
+}
+
+#[test]
+fn history_has_every_kept_set_with_its_times_and_marks_the_active_one() {
+    let desk = Desk::new();
+    assert!(desk.says(&["history"]).contains("keeps no coefficients"));
+    assert_eq!(desk.json("history")["sets"], Value::Array(Vec::new()));
+    let ids: Vec<String> = (1..=10)
+        .map(|set| desk.upload(1_780_000_000 + set))
+        .collect();
+    let history = desk.json("history");
+    let sets = history["sets"].as_array().unwrap();
+    assert_eq!(sets.len(), 8);
+    for (age, set) in sets.iter().enumerate() {
+        // The first change was the key.
+        assert_eq!(set["change"], 11 - age);
+        assert_eq!(set["id"], ids[9 - age]);
+        assert_eq!(set["made_unix_s"], 1_780_000_010 - age);
+        assert_eq!(set["active"], age == 0);
+        let geometry = (age == 0).then_some("an-74tk-200");
+        assert_eq!(set["geometry"], Value::from(geometry));
+    }
+    let text = desk.says(&["history"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 1 + 8 + 1);
+    assert!(
+        lines[1].starts_with("*     11")
+            && lines[1].contains(&ids[9])
+            && lines[1].contains("2026-05-28T20:26:50Z"),
+        "{text}"
+    );
+    assert!(
+        lines[2..9].iter().all(|line| line.starts_with("  ")),
+        "{text}"
+    );
+    assert!(lines[9].contains("made for base an-74tk-200"), "{text}");
+}
+
+#[test]
+fn rollback_makes_a_kept_set_active_and_reads_it_back() {
+    let desk = Desk::new();
+    desk.refuses(
+        &["rollback", "ab"],
+        &["keeps no coefficients to go back to"],
+    );
+    let [first, second] = [1, 2].map(|set| desk.upload(set));
+    let said = desk.says(&["rollback", &first[..5].to_uppercase()]);
+    assert!(
+        said.contains(&format!(
+            "set {first}, which was uploaded with change 2, is active again"
+        )) && said.contains("1970-01-01T00:00:01Z")
+            && said.contains("base an-74tk-200"),
+        "{said}"
+    );
+    assert_eq!(desk.active_id(), first);
+
+    let all = format!("{first}, {second}");
+    let all_sorted = if first < second {
+        all
+    } else {
+        format!("{second}, {first}")
+    };
+    desk.refuses(
+        &["rollback", "0123456789abcdef"],
+        &["keeps no set \"0123456789abcdef\"", &all_sorted],
+    );
+    desk.refuses(&["rollback", ""], &["keeps no set \"\""]);
+    desk.refuses(&["rollback", &first], &["is the active one already"]);
+    other_key(&desk);
+    desk.refuses(
+        &["rollback", "--key", "other.key", &second],
+        &["the key is not that of this board", "nothing has changed"],
+    );
+    desk.refuses(
+        &["rollback", &second],
+        &[
+            "after a wrong key the board takes no change for another ",
+            " ms; wait",
+        ],
+    );
+    desk.refuses(
+        &["rollback", "--key", "none.key", &second],
+        &["none.key: there is no such key file", "--key FILE"],
+    );
+    assert_eq!(desk.active_id(), first);
+}
+
+#[test]
+fn a_beginning_that_several_sets_have_is_refused_with_their_names() {
+    let desk = Desk::new();
+    let ids: Vec<String> = (1..=8).map(|set| desk.upload(set)).collect();
+    // Eight identities begin with sixteen possible digits; these are fixed, and two of them share theirs.
+    let shared = ids.iter().find_map(|id| {
+        let same: Vec<_> = ids.iter().filter(|other| other[..1] == id[..1]).collect();
+        (same.len() > 1).then(|| (id[..1].to_owned(), same))
+    });
+    let (digit, same) = shared.unwrap();
+    let mut parts: Vec<&str> = same.iter().map(|id| id.as_str()).collect();
+    parts.push("give more digits");
+    desk.refuses(&["rollback", &digit], &parts);
+}
+
+#[test]
+fn factory_reset_asks_erases_and_says_what_stays() {
+    let desk = Desk::new();
+    for set in 1..=3 {
+        desk.upload(set);
+    }
+    desk.refuses(
+        &["factory-reset"],
+        &["keeps 3 coefficient sets", "nothing was erased", "--yes"],
+    );
+    other_key(&desk);
+    desk.refuses(
+        &["factory-reset", "--yes", "--key", "other.key"],
+        &["the key is not that of this board", "nothing has changed"],
+    );
+    desk.says(&["capture", "--seconds", "2", "--out", "pause.csv"]);
+    let said = desk.says(&["factory-reset", "--yes"]);
+    assert!(
+        said.contains("erased 3 coefficient sets")
+            && said.contains("key stays")
+            && said.contains("log"),
+        "{said}"
+    );
+    assert_eq!(desk.active_id(), Value::Null);
+    assert_eq!(desk.json("history")["sets"], Value::Array(Vec::new()));
+    assert_eq!(desk.json("status")["provisioned"], true);
+    let id = desk.upload(4);
+    assert_eq!(desk.active_id(), id);
+}
+
+#[test]
+fn the_log_has_every_change_in_order_with_its_time() {
+    let desk = Desk::new();
+    let start = hexsense_probe::date::now();
+    let [first, second] = [1, 2].map(|set| desk.upload(set));
+    desk.says(&["rollback", &first]);
+    desk.says(&["factory-reset", "--yes"]);
+    desk.says(&["provision", "--key", "new.key", "--old-key", "hexsense.key"]);
+    let end = hexsense_probe::date::now();
+    let log = desk.json("log");
+    let (first, second) = (Value::from(first), Value::from(second));
+    let none = Value::Null;
+    let expected = [
+        ("provision", &none, &none),
+        ("upload", &first, &none),
+        ("upload", &second, &first),
+        ("rollback", &first, &second),
+        ("factory-reset", &none, &first),
+        ("provision", &none, &none),
+    ];
+    let entries = log["entries"].as_array().unwrap();
+    assert_eq!(entries.len(), expected.len(), "{log}");
+    for (index, (entry, (what, id, previous))) in entries.iter().zip(expected).enumerate() {
+        assert_eq!(entry["change"], index + 1);
+        assert_eq!(entry["what"], what);
+        assert_eq!(
+            (&entry["id"], &entry["previous_id"]),
+            (id, previous),
+            "{entry}"
+        );
+        // The fake board got its first key at second 1.
+        let unix_s = entry["unix_s"].as_u64().unwrap();
+        let due = if index == 0 { 1..=1 } else { start..=end };
+        assert!(due.contains(&unix_s), "{entry}");
+        assert_eq!(entry["utc"], hexsense_probe::date::utc(unix_s));
+    }
+    assert_eq!(log["missing"], Value::Array(Vec::new()));
+    let text = desk.says(&["log"]);
+    assert_eq!(text.lines().count(), 1 + expected.len(), "{text}");
+    assert!(
+        text.lines()
+            .nth(1)
+            .unwrap()
+            .starts_with("     1  1970-01-01T00:00:01Z  provision"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_upload_needs_the_key_of_the_board() {
+    let desk = Desk::new();
+    let set = fake::set::set(1);
+    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    std::fs::write(desk.path().join("no.key"), "not a key").unwrap();
+    desk.refuses(
+        &["upload", "--key", "no.key", "coefficients.toml"],
+        &["no.key: this is no key file", "64 hexadecimal digits"],
+    );
+    std::fs::remove_file(desk.path().join("hexsense.key")).unwrap();
+    desk.refuses(
+        &["upload", "coefficients.toml"],
+        &[
+            "hexsense.key: there is no such key file",
+            "hexsense provision",
+        ],
+    );
+    assert_eq!(desk.active_id(), Value::Null);
+    fake::key::save(desk.path());
+    assert!(key_file::load(&desk.path().join("hexsense.key")).unwrap() == KEY);
+    desk.says(&["upload", "coefficients.toml"]);
+    assert_ne!(desk.active_id(), Value::Null);
+}
+
+#[test]
+fn every_command_on_a_board_without_a_key_says_how_to_give_it_one() {
+    let desk = Desk::with(FakeBoard::unprovisioned(Box::new(Still)));
+    fake::key::save(desk.path());
+    let set = fake::set::set(1);
+    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    for arguments in [
+        &["upload", "coefficients.toml"][..],
+        &["factory-reset", "--yes"],
+    ] {
+        desk.refuses(arguments, &["the board has no key", "hexsense provision"]);
+    }
+}
