@@ -221,6 +221,15 @@ fn rollback_makes_a_kept_set_active_and_reads_it_back() {
         "{said}"
     );
     assert_eq!(desk.active_id(), first);
+    let sets = &desk.json("history")["sets"];
+    assert_eq!(
+        (&sets[0]["active"], &sets[1]["active"]),
+        (&false.into(), &true.into())
+    );
+    assert_eq!(
+        (&sets[0]["id"], &sets[1]["id"]),
+        (&Value::from(&*second), &Value::from(&*first))
+    );
 
     let all = format!("{first}, {second}");
     let all_sorted = if first < second {
