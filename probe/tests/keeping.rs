@@ -215,12 +215,21 @@ fn rollback_makes_a_kept_set_active_and_reads_it_back() {
     let said = desk.says(&["rollback", &first[..5].to_uppercase()]);
     assert!(
         said.contains(&format!(
-            "set {first} is active again (change 4 on this board)"
+            "set {first}, which was uploaded with change 2, is active again"
         )) && said.contains("1970-01-01T00:00:01Z")
             && said.contains("base an-74tk-200"),
         "{said}"
     );
     assert_eq!(desk.active_id(), first);
+    let sets = &desk.json("history")["sets"];
+    assert_eq!(
+        (&sets[0]["active"], &sets[1]["active"]),
+        (&false.into(), &true.into())
+    );
+    assert_eq!(
+        (&sets[0]["id"], &sets[1]["id"]),
+        (&Value::from(&*second), &Value::from(&*first))
+    );
 
     let all = format!("{first}, {second}");
     let all_sorted = if first < second {

@@ -10,8 +10,8 @@ use crate::date::utc;
 
 /// Print the coefficient sets that the board keeps, newest first: the last eight that were uploaded.
 ///
-/// Each has the number of its upload in the board's log (see `hexsense log`), its identity, when its campaign ended and
-/// when it was uploaded, by the clock of the computer that did it. `hexsense rollback ID` makes one of them active again.
+/// Each has the number of its upload in the board's log (see `hexsense log`), its identity, when its campaign ended, and
+/// when it was uploaded by the clock of the computer that did. `hexsense rollback ID` makes one of them active again.
 #[derive(Args)]
 pub struct History {
     #[command(flatten)]

@@ -8,7 +8,8 @@ use super::losses;
 use super::status::key;
 use crate::files;
 
-/// Print who the board is: its identity, its firmware, why it last started and whether it has a key; `hexsense status` prints how it is.
+/// Print who the board is: its identity, its firmware, why it last started and whether it has a key; `hexsense status`
+/// prints how it is.
 #[derive(Args)]
 pub struct Info {
     #[command(flatten)]

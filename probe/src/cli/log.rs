@@ -13,8 +13,9 @@ use crate::date::utc;
 /// Print every change of the board's coefficients and key since it was made, oldest first.
 ///
 /// Each entry has its number, the time by the clock of the computer that made the change, what was done, the set that was
-/// active then and the one that was active before. The board appends an entry with every change and never erases
-/// one; `fallback` is the board's own, when the active set could not be read any more; numbers without a gap say that none is missing.
+/// active then and the one that was active before. In a fallback, which the board does by itself at a start, the active set
+/// could not be read any more and the newest that could took its place. The board appends an entry with every change and never erases
+/// one; numbers without a gap say that none is missing.
 #[derive(Args)]
 pub struct Log {
     #[command(flatten)]
@@ -60,7 +61,7 @@ fn table(log: &[Entry]) -> String {
         text += &format!(
             "{:>6}  {:<20}  {:<13}  {:<16}  {}\n",
             entry.counter,
-            time(entry),
+            time(entry).unwrap_or_else(|| "unknown".to_owned()),
             name(entry.reason),
             id(entry.id),
             id(entry.previous)
@@ -69,12 +70,9 @@ fn table(log: &[Entry]) -> String {
     text
 }
 
-/// A fallback is the board's own doing, and the board has no clock.
-fn time(entry: &Entry) -> String {
-    match entry.reason {
-        Reason::Fallback => "unknown".to_owned(),
-        _ => utc(entry.unix_s),
-    }
+/// When it was; what the board did by itself has no time.
+fn time(entry: &Entry) -> Option<String> {
+    (entry.reason != Reason::Fallback).then(|| utc(entry.unix_s))
 }
 
 fn id(set: Option<SetId>) -> String {
@@ -103,7 +101,7 @@ fn to_json(log: &[Entry], missing: &[Range<u32>]) -> Value {
     let entries = log.iter().map(|entry| {
         json!({
             "change": entry.counter,
-            "unix_s": entry.unix_s,
+            "unix_s": time(entry).map(|_| entry.unix_s),
             "utc": time(entry),
             "what": name(entry.reason),
             "id": entry.id.map(|id| id.to_string()),

@@ -44,7 +44,7 @@ impl Rollback {
             CoefficientSet::id_of(&encoded)
         );
         println!(
-            "set {id} is active again (change {} on this board) and reads back with this identity",
+            "set {id}, which was uploaded with change {}, is active again and reads back with this identity",
             active.sequence
         );
         println!("it was made {} for base {}", utc(set.unix_s), set.geometry);

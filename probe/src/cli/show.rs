@@ -49,7 +49,7 @@ impl Show {
             println!("{document}");
         } else {
             println!(
-                "set {}, commit {} on this board, base {}",
+                "set {}, uploaded with change {} of this board, base {}",
                 active.id, active.sequence, set.geometry
             );
             print!("{}", coefficient_file::table(&set));

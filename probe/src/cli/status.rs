@@ -122,7 +122,7 @@ impl Reading {
         }
         lines.push(("key", key(status.provisioned).to_owned()));
         let set = match self.active {
-            Some(set) => format!("set {}, commit {}", set.id, set.sequence),
+            Some(set) => format!("set {}, uploaded with change {}", set.id, set.sequence),
             None => "none; calibrate and upload a set".to_owned(),
         };
         lines.push(("coefficients", set));

@@ -50,7 +50,7 @@ impl Upload {
         let encoded = set.encode(&mut buffer)?;
         let active = client.upload(encoded, &key)?;
         println!(
-            "set {} is active (commit {} on this board) and reads back identical",
+            "set {} is active (change {} of this board) and reads back identical",
             CoefficientSet::id_of(encoded),
             active.sequence
         );
