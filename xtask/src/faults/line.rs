@@ -24,8 +24,8 @@ pub struct Line {
     deframer: Box<Deframer<MAX_FRAME>>,
     sequence: u16,
     answers: VecDeque<(u16, Option<Response>)>,
-    /// Blocks that came, oldest first.
-    pub blocks: VecDeque<Block>,
+    /// Blocks that came, oldest first, with the numbers of their frames.
+    pub blocks: VecDeque<(u16, Block)>,
     /// Frames that came damaged.
     pub damaged: u32,
 }
@@ -155,7 +155,9 @@ impl Line {
                         self.answers.push_back((frame.sequence, answer));
                     }
                     Ok(frame) if frame.kind == Kind::Block => {
-                        self.blocks.extend(telemetry::decode(frame.payload));
+                        let block = telemetry::decode(frame.payload);
+                        self.blocks
+                            .extend(block.map(|block| (frame.sequence, block)));
                     }
                     Ok(_) => {}
                 },

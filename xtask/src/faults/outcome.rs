@@ -64,8 +64,17 @@ impl Outcome {
         }
     }
 
-    /// Adds what another trial of the same promise found.
-    pub fn add(&mut self, other: Self) {
+    /// Takes all that trials have `found` about a promise, added up.
+    pub fn of(promise: &'static str, found: &mut Vec<Self>) -> Self {
+        let mut whole = Self::new(promise, 0);
+        for outcome in found.extract_if(.., |outcome| outcome.promise == promise) {
+            whole.add(outcome);
+        }
+        whole
+    }
+
+    fn add(&mut self, other: Self) {
+        self.minimum += other.minimum;
         self.injected += other.injected;
         self.lost += other.lost;
         self.violations.extend(other.violations);
