@@ -10,6 +10,7 @@
 //! - [`timing`]: instructions of the firmware itself, and its share of the core.
 //! - [`counting`]: instruction counts on the virtual board.
 //! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
+//! - [`faults`]: faults that are injected on the virtual board, and what the promises are worth; [`trial_set`] has sets.
 //! - [`size`]: flash and RAM of the firmware, by module.
 //! - [`accuracy`]: how exact the harmonic estimator is.
 //! - [`coverage`]: whether the stated uncertainties are honest.
@@ -25,6 +26,7 @@ mod build;
 mod counting;
 mod coverage;
 mod demo;
+mod faults;
 mod fixed_time;
 mod process;
 mod setup;
@@ -34,6 +36,7 @@ mod test;
 mod thumb;
 mod timing;
 mod told;
+mod trial_set;
 
 use clap::{Parser, Subcommand};
 
@@ -62,6 +65,8 @@ enum Task {
     Size(size::Arguments),
     /// Count the firmware's instructions on the virtual board, while it is busy
     Timing(timing::Arguments),
+    /// Break what can break on the board, and count what is lost: every promise of docs/guarantees.md
+    Faults(faults::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -83,6 +88,7 @@ fn main() -> anyhow::Result<()> {
         Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
         Task::Size(arguments) => size::run(&arguments),
         Task::Timing(arguments) => timing::run(&arguments),
+        Task::Faults(arguments) => faults::run(&arguments),
         Task::Test => test::run(),
     }
 }

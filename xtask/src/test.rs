@@ -4,6 +4,7 @@ use std::process::Command;
 
 use crate::bench_sample_path;
 use crate::build::{self, Parts, cargo, firmware};
+use crate::faults;
 use crate::fixed_time;
 use crate::process::checked;
 use crate::setup;
@@ -41,6 +42,7 @@ pub fn run() -> anyhow::Result<()> {
         system_test::plug_pulled(),
     );
     checks.add("streams at every rate", system_test::streams());
+    checks.add("faults, in short", faults::check());
     checks.report()
 }
 

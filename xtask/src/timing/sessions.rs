@@ -7,14 +7,13 @@ use hexsense::channel::{CHANNELS, Triad};
 use hexsense::harmonics::drive::MAX_BLOCKS;
 use hexsense::harmonics::{Drive, increment};
 use hexsense::sampling::BlockSize;
-use hexsense::store::{
-    CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
-};
+use hexsense::store::MAX_ENCODED;
 use hexsense::wire::StreamContent;
 use hexsense::wire::change::Key;
 use hexsense_probe::link::Client;
 
 use crate::counting::{CountingBoard, Counts};
+use crate::trial_set::Random;
 
 /// Blocks between one drive and the next.
 const BLOCKS_OF_A_DRIVE: u64 = 250;
@@ -59,7 +58,7 @@ impl Sessions {
         client.rate(rate_hz)?;
         client.block_size(BlockSize::Sixteen)?;
         self.upload(&mut client)?;
-        client.drive(0, self.random.drive())?;
+        client.drive(0, drive(&mut self.random))?;
         // The line carries counts and values together up to 1 kHz.
         let content = StreamContent {
             counts: true,
@@ -78,7 +77,7 @@ impl Sessions {
             client.block(PATIENCE)?;
             client.take_poses();
             if block % BLOCKS_OF_A_DRIVE == 0 {
-                client.drive(0, self.random.drive())?;
+                client.drive(0, drive(&mut self.random))?;
             }
             if block % (BLOCKS_OF_A_DRIVE * DRIVES_OF_A_SET) == 0 {
                 self.upload(&mut client)?;
@@ -133,80 +132,12 @@ impl Sessions {
     }
 }
 
-/// Pseudo-random bits (xorshift, Marsaglia 2003).
-struct Random(u32);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
-    }
-
-    /// −1 to 1.
-    fn share(&mut self) -> f32 {
-        self.next() as i32 as f32 / 2_147_483_648.0
-    }
-
-    /// Any frequency that blocks of sixteen allow, summed for as long as possible; so phases are random too.
-    fn drive(&mut self) -> Drive {
-        Drive {
-            increment: u64::from(self.next()) << 24 | 1,
-            block: BlockSize::Sixteen,
-            settle_blocks: 0,
-            blocks: MAX_BLOCKS,
-        }
-    }
-
-    /// Coefficients of any sign, for a base of round numbers.
-    fn set(&mut self, board: [u8; 12]) -> CoefficientSet {
-        let triads = Triad::ALL.map(|_| TriadCoefficients {
-            offset: [(); 3].map(|()| 32_768.0 + 1_000.0 * self.share()),
-            matrix: [[(); 3]; 3].map(|row| row.map(|()| 6e-4 * self.share())),
-            offset_uncertainty: [0.5; 3],
-            matrix_uncertainty: [[1e-7; 3]; 3],
-            delay_s: 1e-3,
-        });
-        CoefficientSet {
-            board,
-            geometry: Default::default(),
-            geometry_hash: [0; 8],
-            unix_s: 1_780_000_000,
-            temperature_c: 30.0,
-            provenance: [0; 32],
-            triads,
-            base: base(),
-            jacks: JackCoefficients {
-                zero_length_m: 2.75,
-                zero_counts: [32_768.0; 6],
-                metres_per_count: [2.5e-5; 6],
-            },
-        }
-    }
-}
-
-/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger one.
-fn base() -> MotionBase {
-    MotionBase {
-        lower: [
-            [1.375, 0.0, -1.75],
-            [1.375, 0.0, 1.75],
-            [0.8125, 0.0, 2.0625],
-            [-2.1875, 0.0, 0.3125],
-            [-2.1875, 0.0, -0.3125],
-            [0.8125, 0.0, -2.0625],
-        ],
-        upper: [
-            [1.5, 0.0, 0.0],
-            [1.5, 0.0, 0.0],
-            [-0.75, 0.0, 1.3125],
-            [-0.75, 0.0, 1.3125],
-            [-0.75, 0.0, -1.3125],
-            [-0.75, 0.0, -1.3125],
-        ],
-        length_min_m: 2.125,
-        length_max_m: 3.375,
-        home_height_m: 2.125,
+/// Any frequency that blocks of sixteen allow, summed for as long as possible; so phases are random too.
+fn drive(random: &mut Random) -> Drive {
+    Drive {
+        increment: u64::from(random.next()) << 24 | 1,
+        block: BlockSize::Sixteen,
+        settle_blocks: 0,
+        blocks: MAX_BLOCKS,
     }
 }
