@@ -11,6 +11,7 @@
 //! - [`counting`]: instruction counts on the virtual board.
 //! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
 //! - [`size`]: flash and RAM of the firmware, by module.
+//! - [`fuzz`]: hostile input, as much as there is time for.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
@@ -24,6 +25,7 @@ mod counting;
 mod coverage;
 mod demo;
 mod fixed_time;
+mod fuzz;
 mod process;
 mod setup;
 mod size;
@@ -57,6 +59,8 @@ enum Task {
     Size(size::Arguments),
     /// Count the firmware's instructions on the virtual board, while it is busy
     Timing(timing::Arguments),
+    /// Attack the parts that take input from outside with cargo-fuzz
+    Fuzz(fuzz::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -77,6 +81,7 @@ fn main() -> anyhow::Result<()> {
         Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
         Task::Size(arguments) => size::run(&arguments),
         Task::Timing(arguments) => timing::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::Test => test::run(),
     }
 }
