@@ -162,7 +162,7 @@ fn entry(input: &mut Input) -> Entry {
     let named = |input: &mut Input| -> Option<SetId> {
         let pick = input.byte();
         let known = CONTENTS.get(usize::from(pick)).map(|content| id(content));
-        known.or((pick < 128).then(|| SetId([pick; 8])))
+        known.or((pick < 128).then_some(SetId([pick; 8])))
     };
     let counter = match input.short() {
         last @ 0xFF00.. => u32::MAX - u32::from(last & 0xFF),
