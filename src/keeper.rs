@@ -121,9 +121,13 @@ impl<F: NorFlash> Keeper<F> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
         let newest = self.archive()?.newest(0).await.map_err(refusal)?;
-        let outdated = newest.is_some_and(|newest| newest.entry.counter < self.end.reset);
-        self.complete().await?;
-        if outdated {
+        let reset = self.end.reset;
+        let (newest, is_outdated) = match newest {
+            Some(newest) if newest.entry.counter <= reset => (None, true),
+            newest => (newest, false),
+        };
+        self.complete(newest).await?;
+        if is_outdated {
             let erased = self.archive()?.erase().await;
             erased.map_err(|_| Refusal::Erasure)?;
         }
@@ -131,15 +135,19 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     /// Activates the set that is active by log and archive, and appends the entries that a loss of power prevented: of
-    /// an upload, and of a key.
-    async fn complete(&mut self) -> Result<(), Refusal> {
+    /// an upload, and of a key. `newest` is the newest set that is not out of use.
+    async fn complete(&mut self, newest: Option<Stored>) -> Result<(), Refusal> {
         let end = self.end;
-        let newest = self.archive()?.newest(end.reset).await.map_err(refusal)?;
-        if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > end.last_counter()) {
-            self.activate(&uploaded);
-            self.follow_up(&uploaded.entry).await?;
-        } else if let Some(id) = end.last.and_then(|last| last.id) {
-            self.find_active(id).await?;
+        match newest {
+            Some(uploaded) if uploaded.entry.counter > end.last_counter() => {
+                self.activate(&uploaded);
+                self.follow_up(&uploaded.entry).await?;
+            }
+            newest => {
+                if let Some(id) = end.last.and_then(|last| last.id) {
+                    self.find_active(id, newest).await?;
+                }
+            }
         }
         let key = self.key.as_ref();
         let missing = key.filter(|key| key.counter > self.end.last_counter());
@@ -151,14 +159,17 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     /// Activates the set with this identity, or the newest if it cannot be read any more.
-    async fn find_active(&mut self, id: SetId) -> Result<(), Refusal> {
+    async fn find_active(&mut self, id: SetId, newest: Option<Stored>) -> Result<(), Refusal> {
+        if let Some(newest) = newest.as_ref().filter(|newest| newest.id == id) {
+            self.activate(newest);
+            return Ok(());
+        }
         let reset = self.end.reset;
         let found = self.archive()?.find(id, reset).await.map_err(refusal)?;
         if let Some(found) = found {
             self.activate(&found);
             return Ok(());
         }
-        let newest = self.archive()?.newest(reset).await.map_err(refusal)?;
         if let Some(newest) = &newest {
             self.activate(newest);
         }

@@ -4,12 +4,13 @@
 //! - [`bench`] lets the twin move and reads its voltages the way the board does, so that a campaign takes a second and
 //!   a statistic over many seeds is possible. The firmware itself is tested on the virtual board.
 //! - [`coverage`] is that statistic: are the stated uncertainties honest?
-//! - [`nor_flash`] is a flash memory whose power can be cut at any operation, [`sets`] what is stored in it.
+//! - [`nor_flash`] is a flash memory whose power can be cut at any operation, [`sets`] what is stored in it; both come
+//!   from the crate `hostile`, which the fuzz targets share.
 //! - [`speed`] measures how long kinematics takes.
 
 pub mod accuracy;
 pub mod bench;
 pub mod coverage;
-pub mod nor_flash;
-pub mod sets;
 pub mod speed;
+
+pub use hostile::{nor_flash, sets};

@@ -115,6 +115,9 @@ pub enum RecordError {
     /// Base or jack transducers are not usable.
     #[error(transparent)]
     Base(BaseError),
+    /// The temperature of the calibration is NaN or infinite.
+    #[error("the temperature of the calibration is not a finite number; calibrate again")]
+    Temperature,
 }
 
 impl CoefficientSet {
@@ -175,13 +178,16 @@ impl CoefficientSet {
     /// Whether the numbers are usable.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`], [`RecordError::Singular`] and [`RecordError::Base`].
+    /// [`RecordError::NotFinite`], [`RecordError::Singular`], [`RecordError::Base`] and [`RecordError::Temperature`].
     pub fn check(&self) -> Result<(), RecordError> {
         for (triad, coefficients) in Triad::ALL.into_iter().zip(&self.triads) {
             coefficients.check(triad)?;
         }
         self.jacks.check().map_err(RecordError::Base)?;
         self.base.geometry().map_err(RecordError::Base)?;
+        if !self.temperature_c.is_finite() {
+            return Err(RecordError::Temperature);
+        }
         Ok(())
     }
 }

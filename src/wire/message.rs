@@ -488,11 +488,17 @@ fn encode(
 /// Decodes the payload of a request frame; `None` when it is not a request of this version.
 #[must_use]
 pub fn decode_request(payload: &[u8]) -> Option<Request> {
-    postcard::from_bytes(payload).ok()
+    whole(payload)
 }
 
 /// Decodes the payload of a response frame; `None` when it is not a response of this version.
 #[must_use]
 pub fn decode_response(payload: &[u8]) -> Option<Response> {
-    postcard::from_bytes(payload).ok()
+    whole(payload)
+}
+
+/// Decodes a message that takes all of the payload.
+fn whole<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Option<T> {
+    let (message, rest) = postcard::take_from_bytes(payload).ok()?;
+    rest.is_empty().then_some(message)
 }

@@ -13,6 +13,7 @@
 //! - [`faults`]: faults that are injected on the virtual board, and what the promises are worth; [`trial_set`] has sets.
 //! - [`size`]: flash and RAM of the firmware, by module.
 //! - [`accuracy`]: how exact the harmonic estimator is.
+//! - [`fuzz`]: hostile input, as much as there is time for.
 //! - [`coverage`]: whether the stated uncertainties are honest.
 //! - [`test`]: everything that must be green.
 //! - [`system_test`]: the part of it that needs the virtual board.
@@ -28,6 +29,7 @@ mod coverage;
 mod demo;
 mod faults;
 mod fixed_time;
+mod fuzz;
 mod process;
 mod setup;
 mod size;
@@ -67,6 +69,8 @@ enum Task {
     Timing(timing::Arguments),
     /// Break what can break on the board, and count what is lost: every promise of docs/guarantees.md
     Faults(faults::Arguments),
+    /// Attack the parts that take input from outside with cargo-fuzz
+    Fuzz(fuzz::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test,
 }
@@ -89,6 +93,7 @@ fn main() -> anyhow::Result<()> {
         Task::Size(arguments) => size::run(&arguments),
         Task::Timing(arguments) => timing::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::Test => test::run(),
     }
 }

@@ -206,6 +206,18 @@ fn matrices_that_mix_up_axes_are_refused() {
     }
 }
 
+#[test]
+fn a_temperature_that_is_none_is_refused() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut set = numbered(1);
+        set.temperature_c = bad;
+        assert_eq!(
+            CoefficientSet::decode(&encoded(&set)),
+            Err(RecordError::Temperature)
+        );
+    }
+}
+
 /// A set that was changed is refused with this reason.
 fn assert_refused(change: impl FnOnce(&mut CoefficientSet), reason: BaseError) {
     let mut set = numbered(1);

@@ -242,6 +242,7 @@ fn record_error() -> impl Strategy<Value = RecordError> {
             .prop_map(|triad| RecordError::NotFinite { triad }),
         triad.prop_map(|triad| RecordError::Singular { triad }),
         base_error().prop_map(RecordError::Base),
+        Just(RecordError::Temperature),
     ]
 }
 

@@ -40,6 +40,8 @@ proptest! {
                 .then(|| message::decode_request(frame.payload))?
         });
         prop_assert_eq!(received, Some(request));
+        let payload = frame::decode(&mut out[..length - 1]).unwrap().payload;
+        prop_assert_eq!(message::decode_request(&[payload, &[0]].concat()), None, "with something behind");
     }
 
     #[test]
@@ -51,6 +53,8 @@ proptest! {
                 .then(|| message::decode_response(frame.payload))?
         });
         prop_assert_eq!(received, Some(response));
+        let payload = frame::decode(&mut out[..length - 1]).unwrap().payload;
+        prop_assert_eq!(message::decode_response(&[payload, &[0]].concat()), None, "with something behind");
     }
 
     #[test]

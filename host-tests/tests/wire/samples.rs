@@ -195,6 +195,7 @@ pub fn record_errors() -> Vec<(&'static str, RecordError)> {
         NotFinite { .. } => RecordError::NotFinite { triad: Triad::LinearAcceleration },
         Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
         Base { .. } => RecordError::Base(BaseError::NotFinite),
+        Temperature {} => RecordError::Temperature,
     })
 }
 

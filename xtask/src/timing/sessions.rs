@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use hexsense::channel::{CHANNELS, Triad};
+use hexsense::channel::CHANNELS;
 use hexsense::harmonics::drive::MAX_BLOCKS;
 use hexsense::harmonics::{Drive, increment};
 use hexsense::sampling::BlockSize;

@@ -107,10 +107,24 @@ impl Nor {
         !std::mem::replace(&mut self.powered, true)
     }
 
+    /// Whether the power is on.
+    #[must_use]
+    pub fn is_powered(&self) -> bool {
+        self.powered
+    }
+
     /// What is in it.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
+    }
+
+    /// Puts bytes at a place, as no flash could.
+    ///
+    /// # Panics
+    /// When the place is not in the memory.
+    pub fn overwrite(&mut self, place: usize, bytes: &[u8]) {
+        self.bytes[place..place + bytes.len()].copy_from_slice(bytes);
     }
 
     /// Carries out the change of `bytes` to `target`, unless the power goes.

@@ -1,0 +1,66 @@
+//! What attacks begin with: contents to upload, and flash that boards with some history have.
+
+use std::cell::RefCell;
+use std::sync::LazyLock;
+
+use hexsense::store::CoefficientSet;
+use hexsense::wire::change::Act;
+
+use crate::custody::{Custody, KEYS, PAGES, id};
+use crate::nor_flash::Nor;
+use crate::sets::{encoded, numbered};
+
+/// The contents that are sets for this board; the others are not.
+pub const GOOD: usize = 3;
+
+/// Encoded sets, one for another board, one with a number that is none, and bytes that are no set.
+pub static CONTENTS: LazyLock<[Vec<u8>; GOOD + 3]> = LazyLock::new(|| {
+    let [one, two, three] = [1, 2, 3].map(|number| encoded(&numbered(number)));
+    let elsewhere = CoefficientSet {
+        board: [8; 12],
+        ..numbered(1)
+    };
+    let mut endless = numbered(1);
+    endless.triads[1].matrix[0][0] = f32::INFINITY;
+    let cut_off = one[..100].to_vec();
+    [
+        one,
+        two,
+        three,
+        encoded(&elsewhere),
+        encoded(&endless),
+        cut_off,
+    ]
+});
+
+/// Flash without anything, with a key, with one set, with two sets of which the first is active, and with full archive.
+pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
+    let empty = Nor::new(PAGES);
+    let keyed = after(&empty, |custody| {
+        custody.change(&KEYS[0], Act::Provision(KEYS[0].clone()))
+    });
+    let one = after(&keyed, |custody| custody.upload(&KEYS[0], &CONTENTS[0]));
+    let two = after(&one, |custody| custody.upload(&KEYS[0], &CONTENTS[1]));
+    let first = after(&two, |custody| {
+        custody.change(&KEYS[0], Act::Rollback(id(&CONTENTS[0])))
+    });
+    let full = (0..20).fold(one.clone(), |nor, number| {
+        after(&nor, |custody| {
+            custody.upload(&KEYS[0], &CONTENTS[number % GOOD])
+        })
+    });
+    [empty, keyed, one, first, full]
+});
+
+/// The flash after a change.
+fn after<T, E: std::fmt::Debug>(
+    nor: &Nor,
+    change: impl FnOnce(&mut Custody) -> Result<T, E>,
+) -> Nor {
+    let nor = RefCell::new(nor.clone());
+    let (mut custody, started) = Custody::start(&nor);
+    started.expect("a board starts");
+    change(&mut custody).expect("a host with the key is served");
+    drop(custody);
+    nor.into_inner()
+}

@@ -1,0 +1,185 @@
+//! A keeper on a flash memory whose power can be cut while it works, and the host that asks it.
+
+use std::cell::RefCell;
+
+use embassy_futures::block_on;
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use hexsense::authority::tag;
+use hexsense::keeper::{Command, Keeper};
+use hexsense::store::{CoefficientSet, Entry, SetId};
+use hexsense::wire::change::{Act, Challenge, Change, Key, Tag};
+use hexsense::wire::message::{CHUNK, Chunk};
+use hexsense::wire::{Refusal, Response};
+use sha2::{Digest, Sha256};
+
+use crate::nor_flash::{Fault, Nor};
+use crate::sets::BOARD;
+
+/// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
+pub const PAGES: usize = 14;
+/// Keys that hosts have.
+pub const KEYS: [Key; 2] = [
+    Key(*b"the key of the board, 32 bytes.."),
+    Key(*b"the key of another, also 32 byte"),
+];
+
+/// Flash that the keeper owns and that can be looked at beside it.
+#[derive(Clone, Copy)]
+pub struct Shared<'f>(pub &'f RefCell<Nor>);
+
+impl ErrorType for Shared<'_> {
+    type Error = Fault;
+}
+
+// Nothing else borrows the memory while an operation, which never waits, is under way.
+#[allow(clippy::await_holding_refcell_ref)]
+impl ReadNorFlash for Shared<'_> {
+    const READ_SIZE: usize = Nor::READ_SIZE;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
+        self.0.borrow_mut().read(offset, bytes).await
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.borrow().capacity()
+    }
+}
+
+#[allow(clippy::await_holding_refcell_ref)]
+impl NorFlash for Shared<'_> {
+    const WRITE_SIZE: usize = Nor::WRITE_SIZE;
+    const ERASE_SIZE: usize = Nor::ERASE_SIZE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
+        self.0.borrow_mut().erase(from, to).await
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
+        self.0.borrow_mut().write(offset, bytes).await
+    }
+}
+
+/// A board as a host sees it.
+pub struct Custody<'f> {
+    /// What answers.
+    pub keeper: Keeper<Shared<'f>>,
+    /// Time since the start, ms.
+    pub now_ms: u64,
+    /// How many challenges there were: the board draws random ones, which never come twice.
+    pub(crate) challenges: u64,
+}
+
+impl<'f> Custody<'f> {
+    /// Starts a board with this flash, and says how the start went.
+    pub fn start(nor: &'f RefCell<Nor>) -> (Self, Result<(), Refusal>) {
+        let mut keeper = Keeper::new(Shared(nor), BOARD);
+        let started = block_on(keeper.start());
+        let custody = Self {
+            keeper,
+            now_ms: 0,
+            challenges: 0,
+        };
+        (custody, started)
+    }
+
+    /// The answer to a command.
+    pub fn ask(&mut self, command: Command) -> Result<Response, Refusal> {
+        self.challenges += 1;
+        let mut random = [0xA5; 16];
+        random[..8].copy_from_slice(&self.challenges.to_le_bytes());
+        let fill = async |challenge: &mut Challenge| {
+            *challenge = random;
+            true
+        };
+        block_on(self.keeper.carry_out(command, self.now_ms, fill))
+    }
+
+    /// A fresh challenge.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub fn challenge(&mut self) -> Challenge {
+        match self.ask(Command::Challenge) {
+            Ok(Response::Challenge(challenge)) => challenge,
+            other => panic!("no challenge: {other:?}"),
+        }
+    }
+
+    /// Asks for a change with this key.
+    pub fn change(&mut self, key: &Key, act: Act) -> Result<Response, Refusal> {
+        let challenge = self.challenge();
+        let (change, tag) = signed(key, &challenge, act);
+        self.ask(Command::Change(change, tag))
+    }
+
+    /// Sends all pieces of a set whose upload has begun, and commits it.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<Response, Refusal> {
+        for (index, piece) in bytes.chunks(CHUNK).enumerate() {
+            let piece = piece.iter().copied().collect::<Chunk>();
+            self.ask(Command::Chunk((index * CHUNK) as u16, piece))?;
+        }
+        self.ask(Command::Commit)
+    }
+
+    /// Uploads a set with this key.
+    pub fn upload(&mut self, key: &Key, bytes: &[u8]) -> Result<Response, Refusal> {
+        self.change(key, upload_of(bytes))?;
+        self.send(bytes)
+    }
+
+    /// Identity of the active set.
+    #[must_use]
+    pub fn active(&self) -> Option<SetId> {
+        self.keeper.active().map(|active| active.set.id)
+    }
+
+    /// The whole log.
+    ///
+    /// # Panics
+    /// When it cannot be read.
+    pub fn log(&mut self) -> Vec<Entry> {
+        let mut log: Vec<Entry> = Vec::new();
+        loop {
+            let counter = log.last().map_or(1, |last| last.counter + 1);
+            match self.ask(Command::Log(counter)) {
+                Ok(Response::Log { entries, .. }) if entries.is_empty() => return log,
+                Ok(Response::Log { entries, .. }) => log.extend(entries),
+                other => panic!("no log: {other:?}"),
+            }
+        }
+    }
+}
+
+/// A change with its tag.
+#[must_use]
+pub fn signed(key: &Key, challenge: &Challenge, act: Act) -> (Change, Tag) {
+    let change = Change {
+        unix_s: 1_790_000_000,
+        act,
+    };
+    let tag = tag(key, challenge, &BOARD, &change);
+    (change, tag)
+}
+
+/// The announcement of a set.
+#[must_use]
+pub fn upload_of(bytes: &[u8]) -> Act {
+    Act::Upload {
+        length: bytes.len() as u16,
+        digest: Sha256::digest(bytes).into(),
+    }
+}
+
+/// Identity of a set that was announced with this digest.
+#[must_use]
+pub fn announced(digest: &[u8; 32]) -> SetId {
+    let mut id = SetId::default();
+    id.0.copy_from_slice(&digest[..8]);
+    id
+}
+
+/// Identity of encoded bytes.
+#[must_use]
+pub fn id(bytes: &[u8]) -> SetId {
+    CoefficientSet::id_of(bytes)
+}
