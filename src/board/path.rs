@@ -49,12 +49,11 @@ static LINK: AtomicWaker = AtomicWaker::new();
 static FAULT: Signal<Guard, Fault> = Signal::new();
 
 /// How far the sample path has come since the start.
-#[derive(Clone, Copy, defmt::Format)]
+#[derive(Clone, Copy)]
 pub struct Progress {
     /// Scan rate, Hz.
     pub rate_hz: u32,
     /// Scans of a block.
-    #[defmt(Debug2Format)]
     pub block: BlockSize,
     /// Scans taken.
     pub scans: u64,
