@@ -99,7 +99,7 @@ pub const POSE_PERIOD: Duration = Duration::from_hz(pose::MAX_RATE_HZ as u64);
 pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 
 /// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
-pub const RECEIVE_RING: usize = 2_048;
+pub const RECEIVE_RING: usize = 1_280;
 
 /// The watchdog resets a board of which a part makes no progress for so long: longer than the slowest flash
 /// operation (a page is erased in 22 ms, and a commit may need several), shorter than a user's patience.

@@ -237,10 +237,12 @@ impl<T: RealField + Copy> Home<T> {
                 |d, delta| d + delta * half,
             );
             residuals.0[jack] = demand.0[jack] - dot(&delta, &middle);
-            for axis in 0..3 {
-                placed.jacks[axis].0[jack] = d[axis] + delta[axis];
-                placed.hinges[axis].0[jack] = [x, y, z][axis] + t[axis];
-            }
+            placed.jacks[0].0[jack] = d[0] + delta[0];
+            placed.jacks[1].0[jack] = d[1] + delta[1];
+            placed.jacks[2].0[jack] = d[2] + delta[2];
+            placed.hinges[0].0[jack] = x + t[0];
+            placed.hinges[1].0[jack] = y + t[1];
+            placed.hinges[2].0[jack] = z + t[2];
         }
         (placed, residuals)
     }
