@@ -17,6 +17,7 @@
 //! | [`store`] | the coefficient record, the log of changes and the key, each with its place in flash |
 //! | [`authority`] | who may change them |
 //! | [`keeper`] | changes of them, whole or not at all, each with its entry in the log |
+//! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
 //! Frames, angles and words are those of GOST 20058-80: X forward, Y up, Z right; see [`kinematics`].
@@ -26,6 +27,7 @@
 pub mod authority;
 pub mod calibration;
 pub mod channel;
+pub mod checksum;
 pub mod excitation;
 pub mod harmonics;
 pub mod keeper;

@@ -3,7 +3,7 @@
 use core::hint::black_box;
 
 use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::{Analyser, Drive, increment, solve};
+use hexsense::harmonics::{Analyser, Drive, Step, increment, solve};
 use hexsense::sampling::{BlockSize, BlockSums, Calibrator, Prepared, Values, add_up};
 use hexsense::store::TriadCoefficients;
 use static_cell::ConstStaticCell;
@@ -73,17 +73,25 @@ macro_rules! sized {
             values: &mut [Values; $scans],
             state: &mut State,
         ) {
-            let State { sums, analyser } = state;
+            let State {
+                sums,
+                analyser,
+                step,
+            } = state;
             prepared.block(scans, values, &mut sums.inertial);
-            analyser.take_inertial(sums.first_scan, &sums.inertial);
+            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
         }
 
         #[unsafe(no_mangle)]
         #[inline(never)]
         fn $sums(scans: &[[u16; INERTIAL]; $scans], state: &mut State) {
-            let State { sums, analyser } = state;
+            let State {
+                sums,
+                analyser,
+                step,
+            } = state;
             add_up(scans, &mut sums.inertial);
-            analyser.take_inertial(sums.first_scan, &sums.inertial);
+            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
         }
 
         #[unsafe(no_mangle)]
@@ -95,10 +103,15 @@ macro_rules! sized {
             values: &mut [Values; $scans],
             state: &mut State,
         ) {
-            let State { sums, analyser } = state;
+            let State {
+                sums,
+                analyser,
+                step,
+            } = state;
             prepared.block(scans, values, &mut sums.inertial);
             add_up(jacks, &mut sums.jacks);
-            analyser.take(sums);
+            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
+            analyser.take_jacks(step, &sums.jacks);
         }
     };
 }
@@ -118,6 +131,7 @@ type PathWithJacks<const N: usize> =
 struct State {
     sums: BlockSums,
     analyser: Analyser,
+    step: Step,
 }
 
 impl State {
@@ -128,6 +142,7 @@ impl State {
             jacks: [0; JACKS],
         },
         analyser: Analyser::new(),
+        step: Step::NONE,
     };
 }
 

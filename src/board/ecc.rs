@@ -13,6 +13,7 @@ use embassy_stm32::pac;
 use embassy_time::Instant;
 use hexsense::wire::status::Tally;
 
+use super::panic::{self, Text};
 use super::tallies;
 
 /// Torn words that were read, and the uptime at the last, ms in two halves. Only the non-maskable interrupt writes them.
@@ -59,10 +60,10 @@ impl Handler<FLASH> for Corrections {
 unsafe fn NonMaskableInt() {
     let eccr = pac::FLASH.eccr().read();
     if !eccr.eccd() {
-        panic!("non-maskable interrupt, not from the flash");
+        panic::stop(Text::new("non-maskable interrupt, not from the flash"));
     }
     if !eccr.bk_ecc() {
-        panic!("the code is damaged at {:#x} of bank 1", eccr.addr_ecc());
+        panic::stop(Text::new("the code is damaged at 0x").hexadecimal(eccr.addr_ecc()));
     }
     let uptime_ms = Instant::now().as_millis();
     let halves = [uptime_ms as u32, (uptime_ms >> 32) as u32];

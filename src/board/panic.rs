@@ -1,10 +1,20 @@
-//! Keeps a panic's message across the reset that follows it, so that the host can be told.
+//! Keeps where a panic came from across the reset that follows it, so that the host can be told.
 //!
-//! The message lies in `.uninit`, RAM that the start-up code leaves alone; a magic word and its complement say
-//! that it is there. After a power cut the RAM holds noise, which that pair tells from a message. A hard fault
-//! ends here too, see [`super::stack`].
+//! The text lies in `.uninit`, RAM that the start-up code leaves alone; a magic word and its complement say that it is
+//! there. After a power cut the RAM holds noise, which that pair tells from a text. Faults and damaged code end here
+//! too, see [`super::stack`] and [`super::ecc`].
+//!
+//! A panic is told by the addresses that it was called from, innermost first. Files, lines and messages of all places
+//! that might panic would take an eighth of the flash; the ELF knows them by the addresses:
+//!
+//! ```text
+//! addr2line -pifCe target/thumbv7em-none-eabihf/firmware/firmware ADDRESS…
+//! ```
+//!
+//! The addresses are found through the frame pointer: every function of this target that calls another one keeps, at
+//! `r7`, its caller's `r7` and its own return address.
 
-use core::fmt::{self, Write};
+use core::arch::asm;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::addr_of_mut;
@@ -50,27 +60,63 @@ pub fn take() -> Option<Message> {
     Some(message)
 }
 
-/// Writes text until the room is used up, whole characters only.
-struct Truncating<'a>(&'a mut Message);
+/// Most addresses that are told; as many as fit a message.
+const MOST_CALLS: usize = 12;
 
-impl Write for Truncating<'_> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        text.chars()
-            .try_for_each(|character| self.0.push(character))
-            .map_err(|_| fmt::Error)
+// RAM that the stack lies in: its end below and its start above, from the linker.
+unsafe extern "C" {
+    static _stack_end: u32;
+    static _stack_start: u32;
+}
+
+/// Text that is put together without the formatting machinery, which would take a tenth of the flash: cut off, at a
+/// whole character, where the room ends.
+pub struct Text(Message);
+
+impl Text {
+    /// Text that begins so.
+    pub fn new(begin: &str) -> Self {
+        Self(Message::new()).then(begin)
+    }
+
+    /// Goes on with more text.
+    pub fn then(mut self, text: &str) -> Self {
+        // What does not fit is cut: the error says no more than that.
+        let _ = text
+            .chars()
+            .try_for_each(|character| self.0.push(character));
+        self
+    }
+
+    fn decimal(self, number: u32) -> Self {
+        let before = if number > 9 {
+            self.decimal(number / 10)
+        } else {
+            self
+        };
+        before.digit(number % 10)
+    }
+
+    /// Goes on with a number, without leading zeros.
+    pub fn hexadecimal(self, number: u32) -> Self {
+        let before = if number > 0xF {
+            self.hexadecimal(number >> 4)
+        } else {
+            self
+        };
+        before.digit(number & 0xF)
+    }
+
+    fn digit(self, digit: u32) -> Self {
+        let mut buffer = [0; 4];
+        let digit = char::from_digit(digit, 16).unwrap_or('?');
+        self.then(digit.encode_utf8(&mut buffer))
     }
 }
 
-#[panic_handler]
-fn panic(info: &PanicInfo) -> ! {
+/// Keeps the message and resets.
+pub fn stop(Text(message): Text) -> ! {
     cortex_m::interrupt::disable();
-    let mut message = Message::new();
-    let mut out = Truncating(&mut message);
-    // A message that does not fit is cut: the error says no more than that.
-    let _ = match info.location() {
-        Some(at) => write!(out, "{}:{}: {}", at.file(), at.line(), info.message()),
-        None => write!(out, "{}", info.message()),
-    };
     let mut text = [0; MAX_MESSAGE];
     text[..message.len()].copy_from_slice(message.as_bytes());
     let record = Record {
@@ -85,7 +131,51 @@ fn panic(info: &PanicInfo) -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    let mut text = Text::new("panic called from");
+    for address in Calls::here().take(MOST_CALLS) {
+        text = text.then(" ").hexadecimal(address);
+    }
+    stop(text)
+}
+
+/// Return addresses on the stack, innermost first.
+struct Calls {
+    frame: usize,
+}
+
+impl Calls {
+    #[inline(always)]
+    fn here() -> Self {
+        let frame;
+        // SAFETY: reads a register.
+        unsafe { asm!("mov {}, r7", out(reg) frame, options(nomem, nostack, preserves_flags)) };
+        Self { frame }
+    }
+}
+
+impl Iterator for Calls {
+    type Item = u32;
+
+    fn next(&mut self) -> Option<u32> {
+        let (end, start) = (
+            &raw const _stack_end as usize,
+            &raw const _stack_start as usize,
+        );
+        let frame = self.frame;
+        if !frame.is_multiple_of(4) || frame < end || frame > start - 8 {
+            return None;
+        }
+        // SAFETY: two aligned words of the stack's RAM, which is always there to be read.
+        let [outer, back] = unsafe { (frame as *const [usize; 2]).read_volatile() };
+        // The stack grows down: whoever called lies higher.
+        self.frame = if outer > frame { outer } else { 0 };
+        Some(back as u32 & !1)
+    }
+}
+
 #[exception]
 unsafe fn DefaultHandler(vector: i16) -> ! {
-    panic!("interrupt {vector} has no handler")
+    stop(Text::new("no handler for interrupt ").decimal(vector.unsigned_abs().into()))
 }

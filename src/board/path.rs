@@ -49,12 +49,11 @@ static LINK: AtomicWaker = AtomicWaker::new();
 static FAULT: Signal<Guard, Fault> = Signal::new();
 
 /// How far the sample path has come since the start.
-#[derive(Clone, Copy, defmt::Format)]
+#[derive(Clone, Copy)]
 pub struct Progress {
     /// Scan rate, Hz.
     pub rate_hz: u32,
     /// Scans of a block.
-    #[defmt(Debug2Format)]
     pub block: BlockSize,
     /// Scans taken.
     pub scans: u64,
@@ -82,6 +81,8 @@ pub struct Path {
     /// Uptime at the first block with a set, ms.
     pub first_with_set_ms: Option<u64>,
     prepared: Prepared,
+    /// What the analysers do with the block at hand; here because to make room for it every time would take longer.
+    steps: [Step; ANALYSERS],
     running: bool,
     cycles: PathCycles,
 }
@@ -109,6 +110,7 @@ impl Path {
             dropped: Tally::NONE,
             first_with_set_ms: None,
             prepared: Prepared::NONE,
+            steps: [Step::NONE; ANALYSERS],
             running: false,
             cycles: PathCycles {
                 min: 0,
@@ -222,21 +224,18 @@ impl Path {
     fn sample(&mut self, filled: &Filled) {
         let first_scan = self.next_scan();
         let slot = self.queue.slot();
-        let mut steps = [None; ANALYSERS];
         sample_inertial(
             &self.prepared,
             &mut self.analysers,
             first_scan,
             filled.inertial,
             slot.values,
-            &mut steps,
+            &mut self.steps,
         );
         let mut jacks = [0; JACKS];
         add_up(filled.jacks, &mut jacks);
-        for (analyser, step) in self.analysers.iter_mut().zip(&steps) {
-            if let Some(step) = step {
-                analyser.take_jacks(step, &jacks);
-            }
+        for (analyser, step) in self.analysers.iter_mut().zip(&self.steps) {
+            analyser.take_jacks(step, &jacks);
         }
         copy(filled.inertial, slot.inertial);
         copy(filled.jacks, slot.jacks);
@@ -257,15 +256,28 @@ impl Path {
     }
 }
 
-/// Copies scans, by the same instructions wherever they lie; a copy of the whole would depend on that.
+/// Copies scans, by the same instructions wherever they lie; a copy of the whole would depend on that. Two scans at a
+/// time are whole words.
 #[inline(always)]
 fn copy<const N: usize>(from: &[[u16; N]], to: &mut [[u16; N]]) {
-    for (to, from) in to.iter_mut().zip(from) {
+    let (from_pairs, from_rest) = from.as_chunks::<2>();
+    let (to_pairs, to_rest) = to.as_chunks_mut::<2>();
+    for (to, from) in to_pairs.iter_mut().zip(from_pairs) {
+        let to = bytemuck::cast_slice_mut::<u16, u8>(to.as_flattened_mut());
+        let from = bytemuck::cast_slice::<u16, u8>(from.as_flattened());
+        let (to, from) = (to.as_chunks_mut::<4>().0, from.as_chunks::<4>().0);
+        unrolled::<N>(
+            #[inline(always)]
+            |word| to[word] = from[word],
+        );
+        // Otherwise the compiler makes a call of it.
+        compiler_fence(Ordering::SeqCst);
+    }
+    if let ([to], [from]) = (to_rest, from_rest) {
         unrolled::<N>(
             #[inline(always)]
             |channel| to[channel] = from[channel],
         );
-        // Otherwise the compiler makes a call of it.
         compiler_fence(Ordering::SeqCst);
     }
 }
@@ -280,12 +292,12 @@ fn sample_inertial(
     first_scan: u64,
     counts: &[[u16; INERTIAL]],
     values: &mut [Values],
-    steps: &mut [Option<Step>; ANALYSERS],
+    steps: &mut [Step; ANALYSERS],
 ) {
     let mut sums = [0; INERTIAL];
     prepared.block(counts, values, &mut sums);
     for (analyser, step) in analysers.iter_mut().zip(steps) {
-        *step = analyser.take_inertial(first_scan, &sums);
+        analyser.take_inertial(first_scan, &sums, step);
     }
 }
 
@@ -295,7 +307,12 @@ pub struct SampleInterrupt;
 impl Handler<DMA1_CHANNEL1> for SampleInterrupt {
     unsafe fn on_interrupt() {
         let begun = DWT::cycle_count();
-        with(|path| path.interrupt(begun));
+        PATH.lock(|path| {
+            // Nobody else has it now; the panic that `borrow_mut` would end in is no part of the sample path.
+            if let Ok(mut path) = path.try_borrow_mut() {
+                path.interrupt(begun);
+            }
+        });
         SAMPLING_VECTOR.pend();
     }
 }

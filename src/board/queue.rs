@@ -154,12 +154,14 @@ impl Queue {
     }
 
     /// Where the next block goes; there is always room to write it.
+    #[inline(always)]
     pub fn slot(&mut self) -> Slot<'_> {
         let place = self.head..self.head + self.block.scans();
+        // An empty slot instead of a panic, which is no part of the sample path.
         Slot {
-            inertial: &mut self.inertial[place.clone()],
-            jacks: &mut self.jacks[place.clone()],
-            values: &mut self.values[place],
+            inertial: self.inertial.get_mut(place.clone()).unwrap_or_default(),
+            jacks: self.jacks.get_mut(place.clone()).unwrap_or_default(),
+            values: self.values.get_mut(place).unwrap_or_default(),
         }
     }
 
@@ -167,10 +169,11 @@ impl Queue {
     /// another remains, in the same time if not; returns whether it is.
     pub fn close(&mut self, first_scan: u64, wanted: bool) -> bool {
         let scans = self.block.scans();
-        self.stamps[self.head] = Stamp::new(first_scan, self.context);
+        self.stamps[self.head % SCANS] = Stamp::new(first_scan, self.context);
         // The second piece of a block that has one, or the first once more: the same work for every size.
         let second = scans / 2 / MOST_SCANS * MOST_SCANS;
-        self.stamps[self.head + second] = Stamp::new(first_scan + second as u64, self.context);
+        self.stamps[(self.head + second) % SCANS] =
+            Stamp::new(first_scan + second as u64, self.context);
         let kept = wanted & (self.waiting + 2 * scans <= SCANS);
         let step = scans * usize::from(kept);
         self.latest = self.head;

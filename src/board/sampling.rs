@@ -68,11 +68,8 @@ pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -
 
 /// Counts a fault, for the host.
 fn count(fault: Fault) {
-    defmt::warn!(
-        "converters: {}, {}",
-        fault,
-        path::with(|path| path.progress)
-    );
+    let scans = path::with(|path| path.progress.scans);
+    defmt::warn!("converters: {} after {} scans", fault, scans);
     tallies::note(match fault {
         Fault::Overrun => |events| &mut events.overruns,
         Fault::Late => |events| &mut events.late_blocks,

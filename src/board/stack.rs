@@ -17,6 +17,8 @@ use core::ptr::addr_of;
 use cortex_m_rt::{ExceptionFrame, STACK_PAINT_VALUE};
 use hexsense::wire::status::StackUse;
 
+use super::panic::{self, Text};
+
 /// Bytes that the panic needs; where fewer are left, the hard fault takes the whole stack.
 const FOR_PANIC: usize = 2_048;
 /// A push of many registers that does not fit leaves the stack pointer where it was: up to so many bytes, with the
@@ -73,16 +75,17 @@ unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame) -> ! {
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
     let bottom = addr_of!(_stack_end).addr();
     if status & NOT_STACKED != 0 || frame.addr() < bottom {
-        panic!("stack overflow");
+        panic::stop(Text::new("stack overflow"));
     }
     // SAFETY: the core has stacked a frame there; where the stack was given anew, it lies far below what is used now.
     let frame = unsafe { &*frame };
     if core::ptr::from_ref(frame).addr() < bottom + LARGEST_PUSH {
-        panic!("stack overflow at {:#010x}", frame.pc());
+        panic::stop(Text::new("stack overflow at 0x").hexadecimal(frame.pc()));
     }
-    panic!(
-        "hard fault at {:#010x}, called from {:#010x}",
-        frame.pc(),
-        frame.lr()
+    panic::stop(
+        Text::new("hard fault at 0x")
+            .hexadecimal(frame.pc())
+            .then(", called from 0x")
+            .hexadecimal(frame.lr()),
     )
 }

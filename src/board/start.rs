@@ -5,7 +5,7 @@ use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::rcc;
-use static_cell::{ConstStaticCell, StaticCell};
+use static_cell::StaticCell;
 
 use super::exchange::Exchange;
 use super::identity::Origin;
@@ -29,7 +29,8 @@ unsafe fn I2C4_ER() {
 
 #[entry]
 fn main() -> ! {
-    static EXCHANGE: ConstStaticCell<Exchange> = ConstStaticCell::new(Exchange::new());
+    // Made while running: as a static that is ready made its image would take a kilobyte of flash.
+    static EXCHANGE: StaticCell<Exchange> = StaticCell::new();
     static BACKGROUND: StaticCell<Executor> = StaticCell::new();
 
     let watchdog = supervisor::unleash();
@@ -39,7 +40,7 @@ fn main() -> ! {
     let (origin, memory) = Origin::take(source);
     defmt::info!("clock {}, last panic {}", source, origin.panic.as_deref());
 
-    let exchange: &'static Exchange = EXCHANGE.take();
+    let exchange: &'static Exchange = EXCHANGE.init_with(Exchange::new);
     let board = origin.board;
     let parts = pins::assign(chip);
 

@@ -99,7 +99,7 @@ pub const POSE_PERIOD: Duration = Duration::from_hz(pose::MAX_RATE_HZ as u64);
 pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 
 /// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
-pub const RECEIVE_RING: usize = 2_048;
+pub const RECEIVE_RING: usize = 1_280;
 
 /// How long the receiver is off after an error, in which the link goes on sending. A line full of noise then costs the
 /// core a thousand errors a second at most.

@@ -97,11 +97,44 @@ impl<const N: usize> Sums<N> {
     }
 }
 
-/// What the sum of every channel over one block is multiplied with.
+/// What an analyser does with the sums of one block, first the inertial channels', then the jacks'.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
     waves: Waves,
     place: u32,
+    takes: Takes,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Takes {
+    /// It is idle.
+    Nothing,
+    /// It settles or is complete: it adds zeros, so that it takes the same time as one that sums.
+    Zeros,
+    /// It sums.
+    Block,
+}
+
+impl Step {
+    /// Nothing is done.
+    pub const NONE: Self = Self {
+        waves: Waves {
+            cosine: [0; HARMONICS],
+            sine: [0; HARMONICS],
+        },
+        place: 0,
+        takes: Takes::Nothing,
+    };
+
+    /// The sums that are added: those of a block, or zeros.
+    #[inline(always)]
+    fn taken<'a, const N: usize>(&self, block: &'a [u32; N]) -> &'a [u32; N] {
+        if self.takes == Takes::Block {
+            block
+        } else {
+            &[0; N]
+        }
+    }
 }
 
 /// Five waves at a time stay in registers.
@@ -179,45 +212,47 @@ impl Analyser {
     /// A block that does not follow on the one before it makes a hole, with which no window can be fitted: everything
     /// begins anew with it, settling included.
     pub fn take(&mut self, block: &BlockSums) {
-        if let Some(step) = self.take_inertial(block.first_scan, &block.inertial) {
-            self.take_jacks(&step, &block.jacks);
-        }
+        let mut step = Step::NONE;
+        self.take_inertial(block.first_scan, &block.inertial, &mut step);
+        self.take_jacks(&step, &block.jacks);
     }
 
-    /// The first part of [`Self::take`]: everything but the jacks. When there is a step, the jacks follow with
-    /// [`Self::take_jacks`].
+    /// The first part of [`Self::take`]: everything but the jacks, which follow with [`Self::take_jacks`] and the
+    /// `step` that is made here. It is the same work whether the analyser settles, sums or is complete.
     #[inline(never)]
-    pub fn take_inertial(&mut self, first_scan: u64, sums: &[u32; INERTIAL]) -> Option<Step> {
-        if self.blocks == 0 || self.is_complete() {
-            return None;
+    pub fn take_inertial(&mut self, first_scan: u64, sums: &[u32; INERTIAL], step: &mut Step) {
+        if self.blocks == 0 {
+            step.takes = Takes::Nothing;
+            return;
         }
+        let complete = self.is_complete();
         // Stored whether it is new or not: the same work for the first block.
         self.began = if self.taken == 0 {
             first_scan
         } else {
             self.began
         };
-        if first_scan != self.began + self.scans(self.taken) {
+        if !complete & (first_scan != self.began + self.scans(self.taken)) {
             self.start(self.drive());
             self.began = first_scan;
         }
-        let number = self.taken.checked_sub(self.settle_blocks);
-        self.taken += 1;
-        let step = self.step(number?);
-        self.inertial.add(sums, &step);
-        Some(step)
+        let summing = !complete & (self.taken >= self.settle_blocks);
+        let number = self.taken.wrapping_sub(self.settle_blocks);
+        self.taken += u32::from(!complete);
+        let drive = self.drive();
+        *step = Step {
+            waves: Waves::at((drive.centre_phase(number) >> 32) as u32),
+            place: drive.place(number),
+            takes: if summing { Takes::Block } else { Takes::Zeros },
+        };
+        self.inertial.add(step.taken(sums), step);
     }
 
     /// The second part of [`Self::take`]: the jacks of the same block.
+    #[inline(always)]
     pub fn take_jacks(&mut self, step: &Step, sums: &[u32; JACKS]) {
-        self.jacks.add(sums, step);
-    }
-
-    fn step(&self, number: u32) -> Step {
-        let drive = self.drive();
-        Step {
-            waves: Waves::at((drive.centre_phase(number) >> 32) as u32),
-            place: drive.place(number),
+        if step.takes != Takes::Nothing {
+            self.jacks.add(step.taken(sums), step);
         }
     }
 

@@ -1,9 +1,9 @@
 //! Cosine and sine of a phase and of its multiples, as integers of 20 bits, by the same few instructions for every
 //! phase.
 //!
-//! A phase is a fraction of a turn in the bits of an integer; adding wraps by itself. The nearest of 2048 entries
-//! (8 KiB), an angle δ of at most π/2048 away, and the addition theorem to the second order give the first harmonic to
-//! 1e-9, the others follow by Chebyshev's recurrence:
+//! A phase is a fraction of a turn in the bits of an integer; adding wraps by itself. The nearest of 2048 entries, of
+//! which a quarter is kept (2 KiB), an angle δ of at most π/2048 away, and the addition theorem to the second order give
+//! the first harmonic to 1e-9, the others follow by Chebyshev's recurrence:
 //!
 //! ```text
 //! sin(a + δ) ≈ sin a + δ cos a − δ²/2 sin a        cos(a + δ) ≈ cos a − δ sin a − δ²/2 cos a
@@ -16,8 +16,12 @@
 
 use super::HARMONICS;
 
+/// Bits of a phase that choose an entry; the first two are the quarter of the turn.
 const BITS: u32 = 11;
+/// Entries of a whole turn.
 const ENTRIES: usize = 1 << BITS;
+/// Entries of the first quarter.
+const KEPT: usize = ENTRIES / 4;
 /// A sine of one in the table: 30 bits behind the point.
 pub const UNIT: f64 = 1_073_741_824.0;
 const UNIT_BITS: u32 = 30;
@@ -32,34 +36,29 @@ const ANGLE_BITS: u32 = 39;
 const RADIANS: i32 =
     (core::f64::consts::PI / ENTRIES as f64 * (1_u64 << (ANGLE_BITS + 1)) as f64) as i32;
 
-/// One turn of the sine. An entry stands for the phases from its own up to the next, and holds the sine of their
-/// middle, so that cutting off the lower bits of a phase finds the nearest.
-static SINE: [i32; ENTRIES] = {
-    let mut table = [0; ENTRIES];
+/// The first quarter of a turn of the sine. An entry stands for the phases from its own up to the next, and holds the
+/// sine of their middle, so that cutting off the lower bits of a phase finds the nearest, and the other quarters have
+/// the same entries, backwards or negative.
+static SINE: [i32; KEPT] = {
+    let mut table = [0; KEPT];
     let mut index = 0;
-    while index < ENTRIES {
-        table[index] = rounded_sine(index);
+    while index < KEPT {
+        // Of (index + ½) / 2048 turns, by Taylor's series; exact to far below one step.
+        let angle = core::f64::consts::TAU * (index as f64 + 0.5) / ENTRIES as f64;
+        table[index] = (taylor(angle, angle, 2.0) * UNIT + 0.5) as i32;
         index += 1;
     }
     table
 };
 
-/// Sine of (`index` + ½) / 2048 turns, by Taylor's series on the first quarter of a turn; exact to far below one step.
-const fn rounded_sine(index: usize) -> i32 {
-    let (quadrant, within) = (index / (ENTRIES / 4), index % (ENTRIES / 4));
-    let angle = core::f64::consts::TAU * (within as f64 + 0.5) / ENTRIES as f64;
-    let (sine, cosine) = (taylor(angle, angle, 2.0), taylor(angle, 1.0, 1.0));
-    let value = match quadrant {
-        0 => sine,
-        1 => cosine,
-        2 => -sine,
-        _ => -cosine,
-    } * UNIT;
-    (if value < 0.0 {
-        value - 0.5
-    } else {
-        value + 0.5
-    }) as i32
+/// Sine of the middle of the entry that `phase` (turns · 2³²) falls into, by no branch.
+#[inline(always)]
+fn nearest(phase: u32) -> i32 {
+    // All ones in the second and fourth quarter, which are read backwards, and in the second half, which is negative.
+    let backwards = ((phase << 1) as i32 >> 31) as u32;
+    let negative = phase as i32 >> 31;
+    let entry = SINE[((phase >> (u32::BITS - BITS)) ^ backwards) as usize % KEPT];
+    (entry ^ negative) - negative
 }
 
 /// Σ of the alternating series whose first term is `term` and whose next divides by `n`(`n`+1), and so on, until a term
@@ -167,8 +166,8 @@ fn high(a: i32, b: i32) -> i32 {
 /// Cosine and sine of a phase, with [`UNIT_BITS`].
 #[inline(always)]
 fn first(phase: u32) -> (i32, i32) {
-    let sine = SINE[(phase >> (u32::BITS - BITS)) as usize];
-    let cosine = SINE[(phase.wrapping_add(QUARTER) >> (u32::BITS - BITS)) as usize];
+    let sine = nearest(phase);
+    let cosine = nearest(phase.wrapping_add(QUARTER));
     let within = ((phase << BITS) ^ (1 << 31)) as i32;
     let angle = high(within, RADIANS);
     let square = high(angle, angle);

@@ -166,22 +166,103 @@ impl<T: RealField + Copy> Home<T> {
     }
 
     /// The jacks at `excursion` and F there for `demand`, m².
-    #[cfg_attr(not(target_os = "none"), inline(always))]
+    #[cfg(not(target_os = "none"))]
+    #[inline(always)]
     pub fn place(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
         let [x, y, z] = self.upper;
-        let t = each(&excursion.turn(), |row| {
-            x * row[0] + y * row[1] + z * row[2]
-        });
-        let delta = combine(&t, &excursion.shift, |t, s| t + Six::splat(s));
+        let t = each(
+            &excursion.turn(),
+            #[inline(always)]
+            |row| x * row[0] + y * row[1] + z * row[2],
+        );
+        let delta = combine(
+            &t,
+            &excursion.shift,
+            #[inline(always)]
+            |t, s| t + Six::splat(s),
+        );
         let half: T = convert(0.5);
-        let middle = combine(&self.jacks, &delta, |d, delta| d + delta * half);
+        let middle = combine(
+            &self.jacks,
+            &delta,
+            #[inline(always)]
+            |d, delta| d + delta * half,
+        );
         let residuals = *demand - dot(&delta, &middle);
         let placed = Placed {
-            jacks: combine(&self.jacks, &delta, |d, delta| d + delta),
-            hinges: combine(&self.upper, &t, |b, t| b + t),
+            jacks: combine(
+                &self.jacks,
+                &delta,
+                #[inline(always)]
+                |d, delta| d + delta,
+            ),
+            hinges: combine(
+                &self.upper,
+                &t,
+                #[inline(always)]
+                |b, t| b + t,
+            ),
         };
         (placed, residuals)
     }
+
+    /// The same, jack by jack: a processor that computes one number at a time has no registers for six jacks at once.
+    #[cfg(any(target_os = "none", test))]
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub fn place_each(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
+        let half: T = convert(0.5);
+        let turn = excursion.turn();
+        let mut residuals = *demand;
+        let mut placed = Placed {
+            jacks: self.jacks,
+            hinges: self.upper,
+        };
+        for jack in 0..6 {
+            let [x, y, z] = jack_of(&self.upper, jack);
+            let d = jack_of(&self.jacks, jack);
+            let t = each(
+                &turn,
+                #[inline(always)]
+                |row| x * row[0] + y * row[1] + z * row[2],
+            );
+            let delta = [
+                t[0] + excursion.shift[0],
+                t[1] + excursion.shift[1],
+                t[2] + excursion.shift[2],
+            ];
+            let middle = combine(
+                &d,
+                &delta,
+                #[inline(always)]
+                |d, delta| d + delta * half,
+            );
+            residuals.0[jack] = demand.0[jack] - dot(&delta, &middle);
+            placed.jacks[0].0[jack] = d[0] + delta[0];
+            placed.jacks[1].0[jack] = d[1] + delta[1];
+            placed.jacks[2].0[jack] = d[2] + delta[2];
+            placed.hinges[0].0[jack] = x + t[0];
+            placed.hinges[1].0[jack] = y + t[1];
+            placed.hinges[2].0[jack] = z + t[2];
+        }
+        (placed, residuals)
+    }
+
+    /// See [`Self::place_each`].
+    #[cfg(target_os = "none")]
+    #[inline(always)]
+    pub fn place(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
+        self.place_each(excursion, demand)
+    }
+}
+
+#[cfg(any(target_os = "none", test))]
+#[inline(always)]
+fn jack_of<T: Copy>(coordinates: &[Six<T>; 3], jack: usize) -> Triple<T> {
+    [
+        coordinates[0].0[jack],
+        coordinates[1].0[jack],
+        coordinates[2].0[jack],
+    ]
 }
 
 impl<T: RealField + Copy> Excursion<T> {
@@ -189,10 +270,19 @@ impl<T: RealField + Copy> Excursion<T> {
     #[inline(always)]
     pub fn moved(&self, u: &Triple<T>, w: &Triple<T>) -> Self {
         let half: T = convert(0.5);
-        let [a, b, c] = each(w, |w| w * half);
+        let [a, b, c] = each(
+            w,
+            #[inline(always)]
+            |w| w * half,
+        );
         let [q, x, y, z] = self.quaternion;
         Self {
-            shift: combine(&self.shift, u, |s, u| s + u),
+            shift: combine(
+                &self.shift,
+                u,
+                #[inline(always)]
+                |s, u| s + u,
+            ),
             quaternion: [
                 q - (a * x + b * y + c * z),
                 x + a * q + (b * z - c * y),
@@ -207,7 +297,11 @@ impl<T: RealField + Copy> Excursion<T> {
     #[inline(always)]
     fn turn(&self) -> [Triple<T>; 3] {
         let [w, x, y, z] = self.quaternion;
-        let [sx, sy, sz] = each(&[x, y, z], |v| v * self.scale);
+        let [sx, sy, sz] = each(
+            &[x, y, z],
+            #[inline(always)]
+            |v| v * self.scale,
+        );
         let (xx, yy, zz) = (sx * x, sy * y, sz * z);
         let (xy, xz, yz) = (sx * y, sx * z, sy * z);
         let (wx, wy, wz) = (sx * w, sy * w, sz * w);

@@ -79,9 +79,19 @@ impl<T: RealField + Copy> Rows<T> {
         let leading_inverse = T::one() / leading;
         let p = multiply(&d2, &d1_adjugate);
         let pm = multiply(&p, &m1);
-        let schur = combine(&m2, &pm, |m2, pm| {
-            combine(&m2, &pm, |m2, pm| leading * m2 - pm)
-        });
+        let schur = combine(
+            &m2,
+            &pm,
+            #[inline(always)]
+            |m2, pm| {
+                combine(
+                    &m2,
+                    &pm,
+                    #[inline(always)]
+                    |m2, pm| leading * m2 - pm,
+                )
+            },
+        );
         let (s_adjugate, trailing) = adjugate(&schur);
         Factors {
             d1_adjugate,
@@ -102,14 +112,28 @@ impl<T: RealField + Copy> Factors<T> {
     pub fn solve(&self, g: &Six<T>) -> (Triple<T>, Triple<T>) {
         let [g0, g1, g2, g3, g4, g5] = g.0;
         let (g1, g2) = ([g0, g1, g2], [g3, g4, g5]);
-        let rest = combine(&g2, &apply(&self.p, &g1), |g, pg| self.leading * g - pg);
-        let w = each(&apply(&self.s_adjugate, &rest), |w| {
-            w * self.trailing_inverse
-        });
-        let rest = combine(&g1, &apply(&self.m1, &w), |g, mw| g - mw);
-        let u = each(&apply(&self.d1_adjugate, &rest), |u| {
-            u * self.leading_inverse
-        });
+        let rest = combine(
+            &g2,
+            &apply(&self.p, &g1),
+            #[inline(always)]
+            |g, pg| self.leading * g - pg,
+        );
+        let w = each(
+            &apply(&self.s_adjugate, &rest),
+            #[inline(always)]
+            |w| w * self.trailing_inverse,
+        );
+        let rest = combine(
+            &g1,
+            &apply(&self.m1, &w),
+            #[inline(always)]
+            |g, mw| g - mw,
+        );
+        let u = each(
+            &apply(&self.d1_adjugate, &rest),
+            #[inline(always)]
+            |u| u * self.leading_inverse,
+        );
         (u, w)
     }
 }
@@ -131,28 +155,44 @@ fn leading(first: usize, second: usize, third: usize) -> [usize; 6] {
 /// The matrices of jacks 0..3 and 3..6, by rows.
 #[inline(always)]
 fn halves<T: RealField + Copy>(columns: &Triple<Six<T>>) -> [[Triple<T>; 3]; 2] {
-    let row = |k: usize| each(columns, |column| column.0[k]);
-    [[row(0), row(1), row(2)], [row(3), row(4), row(5)]]
+    [
+        [row(columns, 0), row(columns, 1), row(columns, 2)],
+        [row(columns, 3), row(columns, 4), row(columns, 5)],
+    ]
+}
+
+#[inline(always)]
+fn row<T: RealField + Copy>(columns: &Triple<Six<T>>, jack: usize) -> Triple<T> {
+    [columns[0].0[jack], columns[1].0[jack], columns[2].0[jack]]
+}
+
+/// The rows of a matrix made columns.
+#[inline(always)]
+fn transposed<T: Copy>([a, b, c]: &[Triple<T>; 3]) -> [Triple<T>; 3] {
+    [[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]]
 }
 
 /// Adjugate, by rows, and determinant: the columns of the adjugate are the cross products of the rows.
 #[inline(always)]
 fn adjugate<T: RealField + Copy>([a, b, c]: &[Triple<T>; 3]) -> ([Triple<T>; 3], T) {
-    let (bc, ca, ab) = (cross(b, c), cross(c, a), cross(a, b));
-    let rows = each(&[0, 1, 2], |i| [bc[i], ca[i], ab[i]]);
-    (rows, dot(a, &bc))
+    let bc = cross(b, c);
+    let columns = [bc, cross(c, a), cross(a, b)];
+    (transposed(&columns), dot(a, &bc))
 }
 
 #[inline(always)]
 fn multiply<T: RealField + Copy>(a: &[Triple<T>; 3], b: &[Triple<T>; 3]) -> [Triple<T>; 3] {
-    each(a, |row| {
-        each(&[0, 1, 2], |j| dot(&row, &[b[0][j], b[1][j], b[2][j]]))
-    })
+    let columns = transposed(b);
+    [
+        apply(&columns, &a[0]),
+        apply(&columns, &a[1]),
+        apply(&columns, &a[2]),
+    ]
 }
 
 #[inline(always)]
-fn apply<T: RealField + Copy>(a: &[Triple<T>; 3], v: &Triple<T>) -> Triple<T> {
-    each(a, |row| dot(&row, v))
+fn apply<T: RealField + Copy>([first, second, third]: &[Triple<T>; 3], v: &Triple<T>) -> Triple<T> {
+    [dot(first, v), dot(second, v), dot(third, v)]
 }
 
 #[cfg(test)]

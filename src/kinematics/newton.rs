@@ -69,13 +69,28 @@ impl<T: RealField + Copy> Home<T> {
         let (u, w) = self.factors.solve(demand);
         let turn = each(&w, Six::splat);
         let t = cross(&turn, &self.upper);
-        let e = combine(&t, &u, |t, u| t + Six::splat(u));
+        let e = combine(
+            &t,
+            &u,
+            #[inline(always)]
+            |t, u| t + Six::splat(u),
+        );
         let half: T = convert(0.5);
         let omitted = (dot(&e, &e) + dot(&self.jacks, &cross(&turn, &t))) * half;
         let (u2, w2) = self.factors.solve(&omitted);
         let (shift, turn) = (
-            combine(&u, &u2, |a, b| a - b),
-            combine(&w, &w2, |a, b| a - b),
+            combine(
+                &u,
+                &u2,
+                #[inline(always)]
+                |a, b| a - b,
+            ),
+            combine(
+                &w,
+                &w2,
+                #[inline(always)]
+                |a, b| a - b,
+            ),
         );
         (
             Self::none().moved(&shift, &turn),

@@ -35,11 +35,13 @@ impl<T: RealField + Copy> Six<T> {
     /// Numbers in another order of jacks.
     #[inline(always)]
     pub fn ordered(self, order: &[usize; 6]) -> Self {
-        let at = |place: usize| self.0[order[place]];
-        Self([at(0), at(1), at(2), at(3), at(4), at(5)])
+        let [a, b, c, d, e, f] = *order;
+        let from = self.0;
+        Self([from[a], from[b], from[c], from[d], from[e], from[f]])
     }
 
     /// Sum over the jacks.
+    #[inline(always)]
     pub fn sum(self) -> T {
         let [a, b, c, d, e, f] = self.0;
         ((a + b) + (c + d)) + (e + f)
@@ -48,7 +50,6 @@ impl<T: RealField + Copy> Six<T> {
     /// The greatest magnitude.
     #[inline(always)]
     pub fn largest(self) -> T {
-        let larger = |a: T, b: T| if a > b { a } else { b };
         let [a, b, c, d, e, f] = self.0;
         let pairs = [
             larger(a.abs(), b.abs()),
@@ -70,7 +71,11 @@ impl<T: RealField + Copy> Add for Six<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a + b,
+        )
     }
 }
 
@@ -78,7 +83,11 @@ impl<T: RealField + Copy> Sub for Six<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a - b,
+        )
     }
 }
 
@@ -86,7 +95,11 @@ impl<T: RealField + Copy> Mul for Six<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a * b,
+        )
     }
 }
 
@@ -96,6 +109,11 @@ impl<T: RealField + Copy> Mul<T> for Six<T> {
     fn mul(self, number: T) -> Self {
         self * Self::splat(number)
     }
+}
+
+#[inline(always)]
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
 }
 
 /// Three coordinates, of one vector or of one vector per jack.

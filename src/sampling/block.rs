@@ -42,6 +42,7 @@ impl BlockSize {
 
     /// Number of scans.
     #[must_use]
+    #[inline(always)]
     pub const fn scans(self) -> usize {
         match self {
             Self::One => 1,

@@ -10,12 +10,11 @@
 
 use core::ops::Range;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
 
+use crate::checksum::checksum;
 use crate::wire::change::Key;
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const RECORD: usize = 56;
 const CHECKED: usize = 48;
 
@@ -36,15 +35,15 @@ impl StoredKey {
         bytes[..4].copy_from_slice(&self.counter.to_le_bytes());
         bytes[8..16].copy_from_slice(&self.unix_s.to_le_bytes());
         bytes[16..CHECKED].copy_from_slice(&self.key.0);
-        let checksum = CHECKSUM.checksum(&bytes[..CHECKED]);
-        bytes[CHECKED..CHECKED + 4].copy_from_slice(&checksum.to_le_bytes());
+        let sum = checksum(&bytes[..CHECKED]);
+        bytes[CHECKED..CHECKED + 4].copy_from_slice(&sum.to_le_bytes());
         bytes
     }
 
     fn decode(bytes: &[u8; RECORD]) -> Option<Self> {
         let (checked, rest) = bytes.split_at(CHECKED);
-        let checksum = CHECKSUM.checksum(checked).to_le_bytes();
-        if rest.get(..4)? != checksum {
+        let sum = checksum(checked).to_le_bytes();
+        if rest.get(..4)? != sum {
             return None;
         }
         Some(Self {

@@ -11,13 +11,12 @@
 
 use core::ops::Range;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
 use super::record::SetId;
+use crate::checksum::checksum;
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Bytes of an entry in flash.
 pub const ENTRY: usize = 40;
 /// Where the checksum begins.
@@ -76,15 +75,15 @@ impl Entry {
         bytes[8..16].copy_from_slice(&self.unix_s.to_le_bytes());
         bytes[16..24].copy_from_slice(&self.id.unwrap_or_default().0);
         bytes[24..32].copy_from_slice(&self.previous.unwrap_or_default().0);
-        let checksum = CHECKSUM.checksum(&bytes[..CHECKED]);
-        bytes[CHECKED..CHECKED + 4].copy_from_slice(&checksum.to_le_bytes());
+        let sum = checksum(&bytes[..CHECKED]);
+        bytes[CHECKED..CHECKED + 4].copy_from_slice(&sum.to_le_bytes());
         bytes
     }
 
     fn decode(bytes: &[u8; ENTRY]) -> Option<Self> {
         let (checked, rest) = bytes.split_at(CHECKED);
-        let checksum = CHECKSUM.checksum(checked).to_le_bytes();
-        if rest.get(..4)? != checksum {
+        let sum = checksum(checked).to_le_bytes();
+        if rest.get(..4)? != sum {
             return None;
         }
         let id = |present: u8, at: usize| {

@@ -9,18 +9,17 @@
 
 use core::fmt;
 
-use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::{Matrix3, RealField, convert};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::base::{BaseError, JackCoefficients, MotionBase};
 use crate::channel::Triad;
+use crate::checksum::checksum;
 
 /// Upper bound of the encoded length of a set, bytes: the longest has 611, 300 of them in the triads and 208 in base
 /// and jacks. Three such sets fill a page of 2 KiB with what the archive adds.
 pub const MAX_ENCODED: usize = 640;
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Longest geometry name, bytes of UTF-8.
 pub const MAX_NAME: usize = 32;
 
@@ -133,11 +132,11 @@ impl CoefficientSet {
         let body = postcard::to_slice(self, buffer)
             .map_err(|_| too_short)?
             .len();
-        let checksum = CHECKSUM.checksum(&buffer[..body]).to_le_bytes();
+        let sum = checksum(&buffer[..body]).to_le_bytes();
         buffer
             .get_mut(body..body + 4)
             .ok_or(too_short)?
-            .copy_from_slice(&checksum);
+            .copy_from_slice(&sum);
         Ok(&buffer[..body + 4])
     }
 
@@ -152,8 +151,8 @@ impl CoefficientSet {
         if bytes.len() > MAX_ENCODED {
             return Err(length);
         }
-        let (body, checksum) = bytes.split_last_chunk::<4>().ok_or(length)?;
-        let (stored, computed) = (u32::from_le_bytes(*checksum), CHECKSUM.checksum(body));
+        let (body, sum) = bytes.split_last_chunk::<4>().ok_or(length)?;
+        let (stored, computed) = (u32::from_le_bytes(*sum), checksum(body));
         if stored != computed {
             return Err(RecordError::Checksum { stored, computed });
         }

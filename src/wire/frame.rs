@@ -3,9 +3,8 @@
 //! COBS takes the zero byte out of a message, so that a zero always ends a frame and a receiver that joins late or
 //! has lost bytes finds the next frame by itself.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::checksum::checksum;
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const HEADER: usize = 3;
 const TRAILER: usize = 4;
 /// Longest payload of a frame, bytes.
@@ -111,8 +110,8 @@ pub fn encode(
             length: MAX_PAYLOAD + 1,
         })?;
     let body = HEADER + length;
-    let checksum = CHECKSUM.checksum(&message[..body]);
-    message[body..body + TRAILER].copy_from_slice(&checksum.to_le_bytes());
+    let sum = checksum(&message[..body]);
+    message[body..body + TRAILER].copy_from_slice(&sum.to_le_bytes());
     let message = &message[..body + TRAILER];
     if out.len() < cobs::max_encoding_length(message.len()) + 1 {
         return Err(FrameError::Long { length });
@@ -129,13 +128,13 @@ pub fn encode(
 pub fn decode(bytes: &mut [u8]) -> Result<Frame<'_>, FrameError> {
     let length = cobs::decode_in_place(bytes).map_err(|_| FrameError::Encoding)?;
     let message = &bytes[..length];
-    let (body, checksum) = message
+    let (body, sum) = message
         .split_last_chunk::<TRAILER>()
         .ok_or(FrameError::Short { length })?;
     let ([kind, low, high], payload) = body
         .split_first_chunk::<HEADER>()
         .ok_or(FrameError::Short { length })?;
-    if u32::from_le_bytes(*checksum) != CHECKSUM.checksum(body) {
+    if u32::from_le_bytes(*sum) != checksum(body) {
         return Err(FrameError::Checksum);
     }
     let kind = Kind::from_byte(*kind).ok_or(FrameError::Kind { kind: *kind })?;

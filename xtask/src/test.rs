@@ -53,7 +53,7 @@ fn sample_path() -> anyhow::Result<()> {
     let parts = Parts::find()?;
     let symbols = bench_sample_path::path_symbols();
     let portable = fixed_time::check(&parts.sample_path_bench(), &symbols)?;
-    let whole = fixed_time::check(&parts.firmware, &[timing::PATH.to_owned()])?;
+    let whole = fixed_time::check(&parts.firmware, &[timing::PATH_WITH_JACKS.to_owned()])?;
     eprintln!(
         "{portable} functions of the portable path and {whole} of the firmware's have a fixed time"
     );
