@@ -41,8 +41,9 @@ impl Lockstep {
     /// Lets the board run for `slice` and returns how many bytes it sent.
     fn run(&mut self, slice: Duration, into: &mut Vec<u8>) -> io::Result<usize> {
         let mut request = Vec::with_capacity(8 + self.outgoing.len());
-        // A slice is at most 100 ms and a request at most a few frames.
-        request.extend_from_slice(&(slice.as_micros() as u32).to_le_bytes());
+        // A slice is at most 100 ms and a request at most a few frames. The last part of a microsecond is a whole one:
+        // in no time nothing would ever happen.
+        request.extend_from_slice(&(slice.as_micros() as u32).max(1).to_le_bytes());
         request.extend_from_slice(&(self.outgoing.len() as u32).to_le_bytes());
         request.append(&mut self.outgoing);
         self.stream.write_all(&request)?;

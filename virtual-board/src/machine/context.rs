@@ -86,6 +86,8 @@ pub(super) struct Context {
     pub(super) last_hard_fault: Option<(Fault, u32)>,
     /// Banks whose reads come to the hook.
     pub(super) watched: [bool; 2],
+    /// Every single read of bank 2 comes to this program.
+    pub(super) sees_all: bool,
     /// Counts of instructions, if any were asked for.
     pub(super) counting: Option<Counting>,
     log: FirmwareLog,
@@ -111,6 +113,7 @@ impl Context {
             bad_access: None,
             last_hard_fault: None,
             watched: [false; 2],
+            sees_all: false,
             counting: None,
             log,
             log_due: 0,
@@ -174,7 +177,9 @@ impl Context {
         if self.bus.flash.trapped() {
             return Pause::Trapped;
         }
-        if (0..2).any(|bank| self.bus.is_watched(bank) != self.watched[bank]) {
+        if self.must_see_all() != self.sees_all
+            || (0..2).any(|bank| self.bus.is_watched(bank) != self.watched[bank])
+        {
             return Pause::Watch;
         }
         if let Some(exception) = self.bus.nvic.to_take(masks).filter(|_| !in_it_block) {
@@ -226,6 +231,28 @@ impl Context {
             self.cycles = self.cycles.max(self.bus.flash.next_event());
             self.bus.run_events(self.cycles);
         }
+    }
+
+    /// The core stores into the flash memory.
+    pub(super) fn store_to_flash(&mut self, offset: usize, value: u32, size: usize) {
+        self.before_access();
+        self.wait_for_flash();
+        self.bus.store_to_flash(offset, value, size);
+    }
+
+    /// The core is about to read from a bank that is watched.
+    pub(super) fn look_at_flash(&mut self, offset: usize) {
+        self.before_access();
+        if self.bus.flash.busy_bank() == Some(offset / BANK_SIZE) {
+            self.wait_for_flash();
+        }
+        self.bus.check_flash_read(offset);
+    }
+
+    /// Whether every single read of bank 2 must be looked at.
+    pub(super) fn must_see_all(&self) -> bool {
+        let flaws = self.bus.flash_memory.flaws();
+        flaws.any_in(BANK_SIZE..FLASH_SIZE)
     }
 
     /// Whether a resting core must go on.

@@ -326,11 +326,22 @@ impl Machine {
         }
     }
 
-    /// Makes banks of flash unreadable that need watching: every read of them then comes to the hook.
+    /// Makes banks of flash unreadable that need watching: reads of them then come to the hook.
     fn watch_banks(&mut self) -> Result<(), Stop> {
+        let see_all = self.context().must_see_all();
+        if see_all != self.context().sees_all {
+            hooks::map_bank_2(&mut self.uc, !see_all)
+                .map_err(|error| Stop::Emulator(error, FLASH_BASE))?;
+            self.context_mut().sees_all = see_all;
+            self.context_mut().watched[1] = false;
+        }
         for bank in 0..2 {
             let watch = self.context().bus.is_watched(bank);
             if watch == self.context().watched[bank] {
+                continue;
+            }
+            if bank == 1 && see_all {
+                self.context_mut().watched[bank] = watch;
                 continue;
             }
             let rights = if watch {

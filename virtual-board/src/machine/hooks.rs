@@ -85,6 +85,42 @@ fn map_memories(uc: &mut Unicorn<'static, Context>, stub: &Block) -> Result<(), 
     Ok(())
 }
 
+/// Lets the core reach bank 2 of the flash directly, or, while words in it do not match their error code, by way of this
+/// program: the emulator tells of the first read of a page, but not of every one that follows. No code is in that bank.
+pub(super) fn map_bank_2(
+    uc: &mut Unicorn<'static, Context>,
+    directly: bool,
+) -> Result<(), uc_error> {
+    const SIZE: u64 = BANK_SIZE as u64;
+    for base in [FLASH_BASE + BANK_SIZE as u32, BANK_SIZE as u32] {
+        uc.mem_unmap(u64::from(base), SIZE)?;
+        if directly {
+            let memory = uc.get_data().bus.flash_memory.block().address(BANK_SIZE);
+            // SAFETY: as for the other memories, see `map_memories`.
+            unsafe { uc.mem_map_ptr(u64::from(base), SIZE, Prot::ALL, memory.cast())? };
+            uc.mem_protect(u64::from(base), SIZE, Prot::READ | Prot::EXEC)?;
+            continue;
+        }
+        uc.mmio_map(
+            u64::from(base),
+            SIZE,
+            Some(|uc: &mut Unicorn<'_, Context>, offset: u64, size: usize| {
+                let context = uc.get_data_mut();
+                let offset = BANK_SIZE + offset as usize;
+                context.look_at_flash(offset);
+                context.bus.flash_memory.value(offset, size)
+            }),
+            Some(
+                |uc: &mut Unicorn<'_, Context>, offset: u64, size: usize, value: u64| {
+                    let offset = BANK_SIZE + offset as usize;
+                    uc.get_data_mut().store_to_flash(offset, value as u32, size);
+                },
+            ),
+        )?;
+    }
+    Ok(())
+}
+
 fn map_registers(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
     for area in REGISTER_AREAS {
         let base = *area.start();
@@ -275,18 +311,8 @@ fn on_protected(
         _ => Some(address as usize).filter(|offset| *offset < FLASH_SIZE),
     };
     match (kind, offset) {
-        (MemType::WRITE_PROT, Some(offset)) => {
-            context.before_access();
-            context.wait_for_flash();
-            context.bus.store_to_flash(offset, value as u32, size);
-        }
-        (MemType::READ_PROT, Some(offset)) => {
-            context.before_access();
-            if context.bus.flash.busy_bank() == Some(offset / BANK_SIZE) {
-                context.wait_for_flash();
-            }
-            context.bus.check_flash_read(offset);
-        }
+        (MemType::WRITE_PROT, Some(offset)) => context.store_to_flash(offset, value as u32, size),
+        (MemType::READ_PROT, Some(offset)) => context.look_at_flash(offset),
         _ => {
             context.bad_access = Some(BadAccess { kind, address });
             return false;

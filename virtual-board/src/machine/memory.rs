@@ -215,6 +215,17 @@ impl FlashMemory {
         u64::from_le_bytes(bytes)
     }
 
+    /// The value of `size` bytes, at most eight, at `offset`, which must be within the memory.
+    ///
+    /// # Panics
+    /// If they are not.
+    pub fn value(&self, offset: usize, size: usize) -> u64 {
+        let mut bytes = [0; 8];
+        let inside = self.block.read(offset, &mut bytes[..size]);
+        assert!(inside, "offset {offset:#x}");
+        u64::from_le_bytes(bytes)
+    }
+
     /// Changes the memory, and the file with it; the error codes fit afterwards.
     ///
     /// # Panics

@@ -160,3 +160,22 @@ fn a_stack_pointer_at_the_end_of_the_ram_faults_with_the_next_push() {
     let _ = chip.run(0.02);
     assert_eq!(chip.result(1), MARK, "HardFault was entered");
 }
+
+#[test]
+fn a_torn_word_is_noticed_right_after_others_of_its_page_were_read() {
+    // ldr r0..r2 of three double words; the last is torn. No block ends in between.
+    let main = Code::new()
+        .store(0x2000_0100, 0)
+        .load(6, BANK_2)
+        .raw(&[0x6830, 0x68B1, 0x6932, 0xF3BF, 0x8F6F])
+        .spin();
+    let nmi = Code::new()
+        .fetch(0, 0x4002_2018)
+        .save(0, 0)
+        .store(0x4002_2018, 1 << 31)
+        .ret();
+    let bits = r#"{"at_s":0,"fault":"bit_error","address":"0x08040010","bits":2}"#;
+    let mut chip = with_faults(main, &[(2, nmi)], &[bits]);
+    let _ = chip.run(1e-3);
+    assert_eq!(chip.result(0), 1 << 31 | 1 << 21 | 2, "ECCD");
+}

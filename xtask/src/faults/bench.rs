@@ -1,5 +1,6 @@
 //! A board whose power, clock, memory and line can be made to fail, with its flash memory in a folder of its own.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -21,7 +22,8 @@ pub const STARTED: Duration = Duration::from_millis(100);
 pub struct Bench<'a> {
     parts: &'a Parts,
     folder: PathBuf,
-    seed: u64,
+    /// Seed of noise and random numbers at the next power-on: never twice the same, as on a chip.
+    seed: Cell<u64>,
 }
 
 impl<'a> Bench<'a> {
@@ -32,7 +34,7 @@ impl<'a> Bench<'a> {
         Ok(Self {
             parts,
             folder,
-            seed,
+            seed: Cell::new(seed << 32),
         })
     }
 
@@ -51,7 +53,8 @@ impl<'a> Bench<'a> {
             .arg("--faults")
             .arg(&timeline);
         board.args(["--link", "lockstep:127.0.0.1:0"]);
-        board.args(["--seed", &self.seed.to_string()]);
+        board.args(["--seed", &self.seed.get().to_string()]);
+        self.seed.set(self.seed.get() + 1);
         let process = Beside::start(board.stderr(log))?;
         let mut line = Line::open(process.address("link")?)?;
         line.run(STARTED)?;

@@ -46,7 +46,7 @@ enum Sends {
 }
 
 fn kinds() -> Vec<Kind> {
-    let line = |effect: &str| json!({"fault": "line", "towards": "board", "effect": effect, "characters": 1});
+    let line = |effect: &str, characters: u32| json!({"fault": "line", "towards": "board", "effect": effect, "characters": characters});
     let kind = |name, fault, sends, counter: fn(&Events) -> u32| Kind {
         name,
         fault,
@@ -61,33 +61,37 @@ fn kinds() -> Vec<Kind> {
             Sends::Status,
             |events| events.overruns.count,
         ),
-        kind(
-            "triggers missed",
-            Some(json!({"fault": "trigger_stall", "duration_us": 40_000})),
-            Sends::Status,
-            |events| events.stuck.count,
-        ),
+        Kind {
+            // The converters count as stuck after 12 ms, and are started anew each time.
+            several: true,
+            ..kind(
+                "triggers missed",
+                Some(json!({"fault": "trigger_stall", "duration_us": 40_000})),
+                Sends::Status,
+                |events| events.stuck.count,
+            )
+        },
         kind(
             "noise on the line",
-            Some(line("noise")),
+            Some(line("noise", 1)),
             Sends::Status,
             |events| events.receiver_errors.count,
         ),
         kind(
             "missing stop bit",
-            Some(line("framing")),
+            Some(line("framing", 1)),
             Sends::Status,
             |events| events.receiver_errors.count,
         ),
         kind(
             "damaged character",
-            Some(line("damaged")),
+            Some(line("damaged", 1)),
             Sends::Status,
             Events::frames_damaged,
         ),
         kind(
-            "lost character",
-            Some(line("lost")),
+            "lost characters",
+            Some(line("lost", 2)),
             Sends::Status,
             Events::frames_damaged,
         ),
@@ -214,11 +218,8 @@ fn provoke(board: &mut Board, sends: &Sends, at_s: f64) -> anyhow::Result<()> {
         }
         Sends::TooMuch => {
             line.run_until(at)?;
-            for _ in 0..60 {
-                line.send(&Request::Harmonics {
-                    analyser: 0,
-                    channel: 0,
-                })?;
+            for _ in 0..120 {
+                line.send(&Request::Status)?;
             }
         }
         Sends::History => {
