@@ -2,6 +2,7 @@
 
 use hexsense::channel::{INERTIAL, JACKS};
 use hexsense::sampling::{RANK_NS, RATES_HZ};
+use hexsense::wire::telemetry::SUPPLY_HZ;
 use twin::sheet;
 
 use crate::board::{Board, bits, conversion_noise, sensor_density};
@@ -124,11 +125,7 @@ fn the_clock_is_within_the_limits_and_is_the_one_described() {
     assert_eq!(board.trigger_prescaler, board.core_hz / board.adc_hz);
     let reading_ms = 3.0 * 256.0 * (640.5 + 12.5) / board.adc_hz * 1e3;
     assert_eq!(SUPPLY.matches("SampleTime::CYCLES640_5").count(), 3);
-    let period_ms = between(
-        TIMING,
-        "SUPPLY_PERIOD: Duration = Duration::from_millis(",
-        ')',
-    );
+    let period_ms = 1_000 / SUPPLY_HZ;
     says(&format!("{reading_ms:.1} ms of every {period_ms} ms"));
     // A trigger always meets the same phase of the converters' clock.
     for rate in RATES_HZ {

@@ -269,8 +269,11 @@ impl Attack {
     }
 }
 
-/// Requests whose values are impossible, with the refusal that each must get.
-fn impossible() -> Vec<(Request, fn(Refusal) -> bool)> {
+/// A request whose values are impossible, and whether a refusal is the one that it must get.
+type Impossible = (Request, fn(Refusal) -> bool);
+
+/// Such requests.
+fn impossible() -> Vec<Impossible> {
     let drive = |increment, settle_blocks, blocks| Request::Drive {
         analyser: 0,
         drive: Drive {
@@ -281,7 +284,7 @@ fn impossible() -> Vec<(Request, fn(Refusal) -> bool)> {
         },
     };
     let slow = 1 << 40;
-    let mut requests: Vec<(Request, fn(Refusal) -> bool)> = Vec::new();
+    let mut requests: Vec<Impossible> = Vec::new();
     // Above Nyquist, above a tenth of the rate, at zero; no periods at all, and more than can be summed.
     for increment in [
         u64::MAX,
