@@ -6,9 +6,7 @@ use hexsense::wire::telemetry::SUPPLY_HZ;
 use twin::sheet;
 
 use crate::board::{Board, bits, conversion_noise, sensor_density};
-use crate::page::{
-    CLOCK, README, SUPPLY, TIMING, agree, between, data_sheet, number, says, table, yes,
-};
+use crate::page::{CLOCK, README, SUPPLY, agree, between, data_sheet, number, says, table, yes};
 
 #[test]
 fn a_scan_fits_each_period_and_its_pause_is_short() {
