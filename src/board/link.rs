@@ -3,7 +3,7 @@
 //! One task owns the port. It waits for whatever comes first: bytes from the host, a block from the sample path, an
 //! answer from a task that was given a command, or a pose. Frames go out one after another; while one is on the line the
 //! receiver's ring takes what comes in. Nothing here can hold up the sample path, which drops a block when the queue
-//! is full and counts it.
+//! is full and counts it. Nor can a line full of noise hold up the tasks in thread mode: what comes is taken in pieces.
 
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
@@ -19,7 +19,7 @@ use super::identity::Origin;
 use super::path;
 use super::pins::{self, Irqs};
 use super::tallies;
-use super::timing::{DEAF_AFTER_ERROR, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING};
+use super::timing::{DEAF_AFTER_ERROR, GATHER, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING};
 
 /// Talks to the host for ever.
 #[embassy_executor::task]
@@ -66,17 +66,17 @@ impl Talk {
     /// anew: a DMA channel that was stopped does not go on where it was (RM0440, 12.4.5), as the driver assumes.
     async fn until_error(&mut self, tx: &mut UartTx<'_, Async>, rx: &mut RingBufferedUartRx<'_>) {
         let mut input = [0; 64];
-        let mut deaf_until = None;
+        let (mut listens_at, mut failed) = (Instant::MIN, false);
         loop {
             self.exchange.alive.link.signal(());
             let receive = async {
-                match deaf_until {
-                    None => rx.read(&mut input).await.map_err(Some),
-                    Some(end) => {
-                        Timer::at(end).await;
-                        Err(None)
-                    }
+                if Instant::now() < listens_at {
+                    Timer::at(listens_at).await;
                 }
+                if failed {
+                    return Err(None);
+                }
+                rx.read(&mut input).await.map_err(Some)
             };
             let next = select4(
                 receive,
@@ -90,11 +90,15 @@ impl Talk {
             let length = match next {
                 Either4::First(Ok(length)) => {
                     self.take_in(&input[..length], tx).await;
+                    if length < input.len() {
+                        listens_at = Instant::now() + GATHER;
+                    }
                     continue;
                 }
                 Either4::First(Err(Some(error))) => {
                     count(error);
-                    deaf_until = Some(Instant::now() + DEAF_AFTER_ERROR);
+                    failed = true;
+                    listens_at = Instant::now() + DEAF_AFTER_ERROR;
                     continue;
                 }
                 Either4::First(Err(None)) => return,

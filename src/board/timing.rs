@@ -101,6 +101,11 @@ pub const POSE_PAUSE: Duration = Duration::from_millis(50);
 /// Bytes that the receiver's ring holds. While a longest frame goes out, 6 ms, at most 1200 bytes come in.
 pub const RECEIVE_RING: usize = 1_280;
 
+/// After everything that had come was taken, so long passes until more is taken: at most a hundred bytes, which cost
+/// little together. Taken one by one, a line that is never idle would keep the link at work without a break, and all of
+/// thread mode waiting until the watchdog bites.
+pub const GATHER: Duration = Duration::from_micros(500);
+
 /// How long the receiver is off after an error, in which the link goes on sending. A line full of noise then costs the
 /// core a thousand errors a second at most.
 pub const DEAF_AFTER_ERROR: Duration = Duration::from_millis(1);
