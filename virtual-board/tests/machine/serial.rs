@@ -1,5 +1,7 @@
 //! The whole way from a converter and to the serial port, by DMA: trigger, rank, ring, interrupt, line.
 
+use virtual_board::injection::timeline::Timeline;
+
 use super::Chip;
 use super::code::Code;
 
@@ -69,8 +71,8 @@ fn dma_carries_what_arrives_into_a_ring() {
     assert_eq!(chip.result(0), 0x0403_0205, "the ring began again");
 }
 
-#[test]
-fn a_timer_triggers_a_converter_whose_dma_interrupts() {
+/// A timer that triggers a converter of two ranks a thousand times a second; the handler counts scans in `result[0]`.
+fn scanning() -> (Code, Code) {
     let main = Code::new()
         .store(0x2000_0100, 0)
         .store(RCC + 0x48, 0b101 | 1 << 8)
@@ -102,6 +104,12 @@ fn a_timer_triggers_a_converter_whose_dma_interrupts() {
         .raw(&[0x3001])
         .save(0, 0)
         .ret();
+    (main, handler)
+}
+
+#[test]
+fn a_timer_triggers_a_converter_whose_dma_interrupts() {
+    let (main, handler) = scanning();
     let mut chip = Chip::new(main, &[(16 + 11, handler)]);
     chip.run(100.5e-3).unwrap();
     let scans = chip.result(0);
@@ -111,4 +119,30 @@ fn a_timer_triggers_a_converter_whose_dma_interrupts() {
     for count in [counts & 0xFFFF, counts >> 16] {
         assert!(count.abs_diff(16 * 2048) < 60, "{count}");
     }
+}
+
+/// The converter of the test above, whose program counts blocks in `result[0]`; its overrun flag.
+fn scans_and_overrun(fault: &str) -> (u32, bool) {
+    let (main, handler) = scanning();
+    let mut chip = Chip::new(main, &[(16 + 11, handler)]);
+    chip.machine.inject(Timeline::parse(fault).unwrap());
+    chip.run(100.5e-3).unwrap();
+    let scans = chip.result(0);
+    let overrun = chip.machine.bus_mut().read(ADC1, 4) >> 4 & 1 == 1;
+    (scans, overrun)
+}
+
+#[test]
+fn a_stall_of_the_converters_dma_overruns_them_for_good() {
+    let (scans, overrun) = scans_and_overrun(
+        r#"{"at_s":0.05,"fault":"dma_stall","of":"converters","duration_us":2500}"#,
+    );
+    assert!(overrun && (45..=52).contains(&scans), "{scans}");
+}
+
+#[test]
+fn triggers_that_are_missed_cost_their_scans_and_no_more() {
+    let (scans, overrun) =
+        scans_and_overrun(r#"{"at_s":0.05,"fault":"trigger_stall","duration_us":20000}"#);
+    assert!(!overrun && (77..=82).contains(&scans), "{scans}");
 }

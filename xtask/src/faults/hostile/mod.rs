@@ -6,17 +6,17 @@
 //! - frames that are cut, doubled, of a wrong kind, or no frames at all;
 //! - minutes of that at line rate.
 
+mod impossible;
+
 use std::time::Duration;
 
 use anyhow::{bail, ensure};
-use hexsense::channel::Triad;
-use hexsense::harmonics::Drive;
-use hexsense::sampling::BlockSize;
 use hexsense::store::{CoefficientSet, MAX_ENCODED};
 use hexsense::wire::change;
 use hexsense::wire::message::encode_request;
 use hexsense::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, Response, StreamContent};
 
+use self::impossible::Right;
 use super::bench::Bench;
 use super::keeper::{Account, Act, Keeper, pieces};
 use super::line::Line;
@@ -94,7 +94,7 @@ struct Attack {
 impl Attack {
     /// Requests whose values are impossible.
     fn requests(&mut self, line: &mut Line) -> anyhow::Result<()> {
-        for (request, right) in impossible() {
+        for (request, right) in impossible::requests() {
             self.refused(line, &request, right)?;
         }
         self.unharmed(line)
@@ -121,7 +121,7 @@ impl Attack {
         self.refused(line, &all[0], out_of_order)?;
         self.refused(line, &all[2], out_of_order)?;
         self.refused(line, &Request::UploadCommit, out_of_order)?;
-        for spoil in spoilt() {
+        for spoil in impossible::spoilt_sets() {
             let mut set = good.clone();
             spoil(&mut set);
             let mut room = [0; MAX_ENCODED];
@@ -139,12 +139,7 @@ impl Attack {
     }
 
     /// Uploads bytes whose commit must be refused.
-    fn whole(
-        &mut self,
-        line: &mut Line,
-        encoded: &[u8],
-        right: fn(Refusal) -> bool,
-    ) -> anyhow::Result<()> {
+    fn whole(&mut self, line: &mut Line, encoded: &[u8], right: Right) -> anyhow::Result<()> {
         self.keeper.begin(line, encoded)?;
         for piece in pieces(encoded) {
             line.order(&piece)?;
@@ -267,97 +262,6 @@ impl Attack {
         ensure!(found == self.account, "the account has become {found:?}");
         Ok(())
     }
-}
-
-/// A request whose values are impossible, and whether a refusal is the one that it must get.
-type Impossible = (Request, fn(Refusal) -> bool);
-
-/// Such requests.
-fn impossible() -> Vec<Impossible> {
-    let drive = |increment, settle_blocks, blocks| Request::Drive {
-        analyser: 0,
-        drive: Drive {
-            increment,
-            block: BlockSize::Sixteen,
-            settle_blocks,
-            blocks,
-        },
-    };
-    let slow = 1 << 40;
-    let mut requests: Vec<Impossible> = Vec::new();
-    // Above Nyquist, above a tenth of the rate, at zero; no periods at all, and more than can be summed.
-    for increment in [
-        u64::MAX,
-        1 << 63,
-        (1 << 63) + 1,
-        u64::MAX / 9,
-        u64::MAX / 150,
-        0,
-    ] {
-        requests.push((drive(increment, 0, 1), |refusal| {
-            matches!(refusal, Refusal::Drive(_))
-        }));
-    }
-    for blocks in [0, u32::MAX] {
-        requests.push((drive(slow, 0, blocks), |refusal| {
-            matches!(refusal, Refusal::Drive(_))
-        }));
-    }
-    for hz in [0, 1, 999, 3_999, 4_001, 8_000, u32::MAX] {
-        requests.push((Request::Rate(hz), |refusal| {
-            matches!(refusal, Refusal::Rate { .. })
-        }));
-    }
-    for analyser in [3, u8::MAX] {
-        let channel = 0;
-        requests.push((Request::Harmonics { analyser, channel }, |refusal| {
-            matches!(refusal, Refusal::Analyser { .. })
-        }));
-    }
-    for channel in [15, u8::MAX] {
-        let analyser = 0;
-        requests.push((Request::Harmonics { analyser, channel }, |refusal| {
-            matches!(refusal, Refusal::Channel { .. })
-        }));
-    }
-    for offset in [MAX_ENCODED as u16 + 1, u16::MAX] {
-        requests.push((Request::ReadSet { offset }, |refusal| {
-            matches!(refusal, Refusal::Offset { .. })
-        }));
-    }
-    let everything = StreamContent {
-        counts: true,
-        values: true,
-        pose: true,
-    };
-    requests.push((Request::Stream(everything), |refusal| {
-        matches!(refusal, Refusal::LinkCapacity { .. })
-    }));
-    requests.push((Request::UploadCommit, |refusal| {
-        refusal == Refusal::NoUpload
-    }));
-    let piece = Request::UploadChunk {
-        offset: u16::MAX,
-        bytes: [0xFF; 128].into_iter().collect(),
-    };
-    requests.push((piece, |refusal| refusal == Refusal::NoUpload));
-    requests
-}
-
-/// Ways to make a set useless.
-fn spoilt() -> Vec<fn(&mut CoefficientSet)> {
-    vec![
-        |set| set.triads[Triad::AngularRate as usize].matrix[1][2] = f32::NAN,
-        |set| set.triads[0].matrix[0][0] = f32::INFINITY,
-        |set| set.triads[1].offset[2] = f32::NEG_INFINITY,
-        |set| set.triads[2].offset_uncertainty[0] = -1.0,
-        |set| set.triads[0].matrix = [[0.0; 3]; 3],
-        |set| set.triads[0].delay_s = f32::NAN,
-        |set| set.jacks.metres_per_count[5] = f32::NAN,
-        |set| set.jacks.zero_length_m = f32::INFINITY,
-        |set| set.base.upper[3][0] = f32::NAN,
-        |set| set.base.length_max_m = 0.0,
-    ]
 }
 
 fn encoded(request: &Request) -> anyhow::Result<Vec<u8>> {
