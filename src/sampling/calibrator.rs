@@ -143,6 +143,10 @@ impl Prepared {
         values: &mut [Values],
         sums: &mut [u32; INERTIAL],
     ) {
+        let both = scans.len().min(values.len());
+        let (Some(scans), Some(values)) = (scans.get(..both), values.get_mut(..both)) else {
+            return;
+        };
         self.triad::<0>(scans, values, sums);
         self.triad::<3>(scans, values, sums);
         self.triad::<6>(scans, values, sums);
