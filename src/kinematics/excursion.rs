@@ -207,9 +207,9 @@ impl<T: RealField + Copy> Home<T> {
     }
 
     /// The same, jack by jack: a processor that computes one number at a time has no registers for six jacks at once.
-    #[cfg(any(target_os = "none", test))]
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub fn place_each(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
+    #[cfg(target_os = "none")]
+    #[inline(never)]
+    pub fn place(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
         let half: T = convert(0.5);
         let turn = excursion.turn();
         let mut residuals = *demand;
@@ -246,16 +246,9 @@ impl<T: RealField + Copy> Home<T> {
         }
         (placed, residuals)
     }
-
-    /// See [`Self::place_each`].
-    #[cfg(target_os = "none")]
-    #[inline(always)]
-    pub fn place(&self, excursion: &Excursion<T>, demand: &Six<T>) -> (Placed<T>, Six<T>) {
-        self.place_each(excursion, demand)
-    }
 }
 
-#[cfg(any(target_os = "none", test))]
+#[cfg(target_os = "none")]
 #[inline(always)]
 fn jack_of<T: Copy>(coordinates: &[Six<T>; 3], jack: usize) -> Triple<T> {
     [
