@@ -45,6 +45,9 @@ pub struct Arguments {
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// The short form, as it is a part of `cargo xtask test`
+    #[arg(long)]
+    short: bool,
     /// Try this promise only
     #[arg(long, value_name = "PROMISE")]
     only: Option<String>,
@@ -67,7 +70,12 @@ const AT_ONCE: usize = 2;
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let parts = build::everything()?;
     let start = Instant::now();
-    let mut trials = campaign(arguments.seed, &Size::WHOLE);
+    let size = if arguments.short {
+        &Size::SHORT
+    } else {
+        &Size::WHOLE
+    };
+    let mut trials = campaign(arguments.seed, size);
     if let Some(only) = &arguments.only {
         trials.retain(|trial| trial.promises.contains(&only.as_str()));
         ensure!(
@@ -213,6 +221,9 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
             scope.spawn(|| {
                 while let Some(trial) = next() {
                     let outcomes = try_out(parts, trial);
+                    outcomes
+                        .iter()
+                        .for_each(|outcome| eprintln!("{}", outcome.row()));
                     let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
                     found.extend(outcomes);
                 }
@@ -221,7 +232,9 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
     });
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     let promises = PROMISES.iter().filter(|name| names.contains(name));
-    promises.map(|name| Outcome::of(name, &mut found)).collect()
+    promises
+        .map(|name| Outcome::of(name, 0, &mut found))
+        .collect()
 }
 
 /// What a trial found; one that breaks off has broken its promises.
