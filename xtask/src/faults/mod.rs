@@ -120,6 +120,7 @@ fn judge(outcomes: &[Outcome]) -> anyhow::Result<()> {
 struct Size {
     uploads: usize,
     every_operation: u64,
+    cuts: u64,
     changes: u64,
     counts: u32,
     flood_s: u64,
@@ -132,6 +133,7 @@ impl Size {
     const WHOLE: Self = Self {
         uploads: 10,
         every_operation: 1,
+        cuts: 100,
         changes: 120,
         counts: 12,
         flood_s: 45,
@@ -142,6 +144,7 @@ impl Size {
     const SHORT: Self = Self {
         uploads: 2,
         every_operation: 9,
+        cuts: 50,
         changes: 20,
         counts: 2,
         flood_s: 2,
@@ -176,6 +179,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
                 let extent = Extent {
                     uploads: size.uploads,
                     every: size.every_operation,
+                    minimum: size.cuts,
                 };
                 power_cut::sweep(parts, seed, &extent).map(Vec::from)
             }),

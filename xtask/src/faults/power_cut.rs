@@ -32,6 +32,8 @@ pub struct Extent {
     pub uploads: usize,
     /// One in so many operations; 1 is all.
     pub every: u64,
+    /// How often the power must be cut at least.
+    pub minimum: u64,
 }
 
 /// Sweeps all changes; the outcomes of `power_cut` and of `audit`.
@@ -55,7 +57,7 @@ pub fn sweep(parts: &Parts, seed: u64, extent: &Extent) -> anyhow::Result<[Outco
         }
         anyhow::Ok(())
     })?;
-    Ok(["power_cut", "audit"].map(|promise| Outcome::of(promise, 100, &mut found)))
+    Ok(["power_cut", "audit"].map(|promise| Outcome::of(promise, extent.minimum, &mut found)))
 }
 
 /// A change, with the flash as it is before it and the accounts before and after it.
