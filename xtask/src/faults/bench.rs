@@ -38,6 +38,14 @@ impl<'a> Bench<'a> {
         })
     }
 
+    /// Another board with what this one has in flash, in an emptied folder of this name.
+    pub fn copy(&self, name: &str) -> anyhow::Result<Self> {
+        let copy = Self::new(self.parts, name, 0)?;
+        copy.seed.set(self.seed.get() + (1 << 20));
+        copy_flash(&self.folder, &copy.folder)?;
+        Ok(copy)
+    }
+
     /// Switches the board on, with these faults to come (see docs/virtual-bench.md), and lets it start.
     pub fn on(&self, faults: &[Value]) -> anyhow::Result<Board> {
         let timeline = self.folder.join("faults.jsonl");

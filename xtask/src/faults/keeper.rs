@@ -126,6 +126,7 @@ impl Act {
 }
 
 /// Somebody with a key.
+#[derive(Clone)]
 pub struct Keeper {
     /// The key.
     pub key: Key,

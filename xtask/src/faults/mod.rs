@@ -45,6 +45,9 @@ pub struct Arguments {
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// The short form, as it is a part of `cargo xtask test`
+    #[arg(long)]
+    short: bool,
     /// Try this promise only
     #[arg(long, value_name = "PROMISE")]
     only: Option<String>,
@@ -67,7 +70,12 @@ const AT_ONCE: usize = 2;
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let parts = build::everything()?;
     let start = Instant::now();
-    let mut trials = campaign(arguments.seed, &Size::WHOLE);
+    let size = if arguments.short {
+        &Size::SHORT
+    } else {
+        &Size::WHOLE
+    };
+    let mut trials = campaign(arguments.seed, size);
     if let Some(only) = &arguments.only {
         trials.retain(|trial| trial.promises.contains(&only.as_str()));
         ensure!(
@@ -112,6 +120,7 @@ fn judge(outcomes: &[Outcome]) -> anyhow::Result<()> {
 struct Size {
     uploads: usize,
     every_operation: u64,
+    cuts: u64,
     changes: u64,
     counts: u32,
     flood_s: u64,
@@ -124,6 +133,7 @@ impl Size {
     const WHOLE: Self = Self {
         uploads: 10,
         every_operation: 1,
+        cuts: 100,
         changes: 120,
         counts: 12,
         flood_s: 45,
@@ -134,6 +144,7 @@ impl Size {
     const SHORT: Self = Self {
         uploads: 2,
         every_operation: 9,
+        cuts: 50,
         changes: 20,
         counts: 2,
         flood_s: 2,
@@ -168,6 +179,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
                 let extent = Extent {
                     uploads: size.uploads,
                     every: size.every_operation,
+                    minimum: size.cuts,
                 };
                 power_cut::sweep(parts, seed, &extent).map(Vec::from)
             }),
@@ -213,6 +225,9 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
             scope.spawn(|| {
                 while let Some(trial) = next() {
                     let outcomes = try_out(parts, trial);
+                    outcomes
+                        .iter()
+                        .for_each(|outcome| eprintln!("{}", outcome.row()));
                     let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
                     found.extend(outcomes);
                 }
@@ -221,7 +236,9 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
     });
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     let promises = PROMISES.iter().filter(|name| names.contains(name));
-    promises.map(|name| Outcome::of(name, &mut found)).collect()
+    promises
+        .map(|name| Outcome::of(name, 0, &mut found))
+        .collect()
 }
 
 /// What a trial found; one that breaks off has broken its promises.

@@ -64,9 +64,10 @@ impl Outcome {
         }
     }
 
-    /// Takes all that trials have `found` about a promise, added up.
-    pub fn of(promise: &'static str, found: &mut Vec<Self>) -> Self {
-        let mut whole = Self::new(promise, 0);
+    /// Takes all that trials have `found` about a promise, added up; at least `minimum` faults more than theirs must be
+    /// injected.
+    pub fn of(promise: &'static str, minimum: u64, found: &mut Vec<Self>) -> Self {
+        let mut whole = Self::new(promise, minimum);
         for outcome in found.extract_if(.., |outcome| outcome.promise == promise) {
             whole.add(outcome);
         }

@@ -8,7 +8,9 @@
 //!
 //! Every account is audited besides: that is the promise `audit`.
 
-use anyhow::ensure;
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{anyhow, ensure};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board, STARTED};
@@ -21,90 +23,155 @@ use crate::trial_set::Random;
 /// How far an operation has got when the power goes.
 const FORMS: [&str; 2] = ["half", "done"];
 
+/// Changes that are swept at the same time.
+const AT_ONCE: usize = 2;
+
 /// How much of it is done.
 pub struct Extent {
     /// Uploads, one after another; from the ninth on the history drops a set.
     pub uploads: usize,
     /// One in so many operations; 1 is all.
     pub every: u64,
+    /// How often the power must be cut at least.
+    pub minimum: u64,
 }
 
 /// Sweeps all changes; the outcomes of `power_cut` and of `audit`.
 pub fn sweep(parts: &Parts, seed: u64, extent: &Extent) -> anyhow::Result<[Outcome; 2]> {
-    let bench = Bench::new(parts, "power-cut", seed)?;
-    let mut board = bench.on(&[])?;
-    let mut sweep = Sweep {
-        keeper: Keeper::of(&mut board.line)?,
-        before: Account::read(&mut board.line)?,
-        bench,
-        every: extent.every,
-        outcome: Outcome::new("power_cut", 100),
-        audit: Outcome::new("audit", 100),
-    };
-    drop(board);
-    let mut random = Random(seed as u32 | 1);
-    sweep.act(&Act::Provision(sweep.keeper.key.clone()))?;
-    for _ in 0..extent.uploads {
-        let set = random.set(sweep.keeper.board);
-        sweep.act(&Act::Upload(Box::new(set)))?;
-    }
-    if let Some(oldest) = sweep.before.history.last().map(|kept| kept.id) {
-        sweep.act(&Act::Rollback(oldest))?;
-        // The oldest is active now, and must not be the one that makes room.
-        let set = random.set(sweep.keeper.board);
-        sweep.act(&Act::Upload(Box::new(set)))?;
-    }
-    sweep.act(&Act::FactoryReset)?;
-    let set = random.set(sweep.keeper.board);
-    sweep.act(&Act::Upload(Box::new(set)))?;
-    Ok([sweep.outcome, sweep.audit])
+    let changes = Mutex::new(changes(parts, seed, extent.uploads)?);
+    let mut found = Vec::new();
+    let next = || changes.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    std::thread::scope(|scope| {
+        let workers = [(); AT_ONCE].map(|()| {
+            scope.spawn(|| -> anyhow::Result<Vec<Outcome>> {
+                let mut found = Vec::new();
+                while let Some(change) = next() {
+                    found.extend(Sweep::of(&change)?.all(extent.every)?);
+                }
+                Ok(found)
+            })
+        });
+        for worker in workers {
+            let outcomes = worker.join().map_err(|_| anyhow!("a worker panicked"))?;
+            found.extend(outcomes?);
+        }
+        anyhow::Ok(())
+    })?;
+    Ok(["power_cut", "audit"].map(|promise| Outcome::of(promise, extent.minimum, &mut found)))
 }
 
-/// A sweep under way.
-struct Sweep<'a> {
+/// A change, with the flash as it is before it and the accounts before and after it.
+struct Change<'a> {
     bench: Bench<'a>,
     keeper: Keeper,
-    /// The account before the next change.
+    act: Act,
     before: Account,
-    every: u64,
+    after: Account,
+}
+
+/// Carries out all kinds of changes, one after another.
+fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Change<'_>>> {
+    let mut series = Series::begin(parts, seed)?;
+    let mut random = Random(seed as u32 | 1);
+    let board = series.keeper.board;
+    let mut upload = || Act::Upload(Box::new(random.set(board)));
+    series.go_on(Act::Provision(series.keeper.key.clone()))?;
+    for _ in 0..uploads {
+        series.go_on(upload())?;
+    }
+    if let Some(oldest) = series.account.history.last().map(|kept| kept.id) {
+        series.go_on(Act::Rollback(oldest))?;
+        // The oldest is active now, and must not be the one that makes room.
+        series.go_on(upload())?;
+    }
+    series.go_on(Act::FactoryReset)?;
+    series.go_on(upload())?;
+    Ok(series.changes)
+}
+
+/// Changes of one board.
+struct Series<'a> {
+    bench: Bench<'a>,
+    keeper: Keeper,
+    account: Account,
+    changes: Vec<Change<'a>>,
+}
+
+impl<'a> Series<'a> {
+    fn begin(parts: &'a Parts, seed: u64) -> anyhow::Result<Self> {
+        let bench = Bench::new(parts, "power-cut", seed)?;
+        let mut board = bench.on(&[])?;
+        let keeper = Keeper::of(&mut board.line)?;
+        let account = Account::read(&mut board.line)?;
+        drop(board);
+        Ok(Self {
+            bench,
+            keeper,
+            account,
+            changes: Vec::new(),
+        })
+    }
+
+    fn go_on(&mut self, act: Act) -> anyhow::Result<()> {
+        let name = format!("power-cut-{:02}", self.changes.len());
+        let (bench, keeper) = (self.bench.copy(&name)?, self.keeper.clone());
+        let mut board = self.bench.on(&[])?;
+        self.keeper.carry_out(&mut board.line, &act)?;
+        let after = Account::read(&mut board.line)?;
+        let before = std::mem::replace(&mut self.account, after.clone());
+        self.changes.push(Change {
+            bench,
+            keeper,
+            act,
+            before,
+            after,
+        });
+        Ok(())
+    }
+}
+
+/// Cuts the power everywhere in one change.
+struct Sweep<'a> {
+    change: &'a Change<'a>,
     outcome: Outcome,
     audit: Outcome,
 }
 
-impl Sweep<'_> {
-    /// Cuts the power everywhere in one change, then goes on with the flash as it is after it.
-    fn act(&mut self, act: &Act) -> anyhow::Result<()> {
-        self.bench.keep("before")?;
-        let mut board = self.bench.on(&[])?;
-        self.keeper.carry_out(&mut board.line, act)?;
-        let after = Account::read(&mut board.line)?;
-        drop(board);
-        self.audit(&after, || act.name().to_owned());
-        self.bench.keep("after")?;
-        for operation in (1..).step_by(self.every as usize) {
-            if !self.operation(act, operation, &after)? {
+impl<'a> Sweep<'a> {
+    fn of(change: &'a Change<'a>) -> anyhow::Result<Self> {
+        change.bench.keep("before")?;
+        Ok(Self {
+            change,
+            outcome: Outcome::new("power_cut", 0),
+            audit: Outcome::new("audit", 0),
+        })
+    }
+
+    /// One in `every` operations.
+    fn all(mut self, every: u64) -> anyhow::Result<[Outcome; 2]> {
+        for operation in (1..).step_by(every as usize) {
+            if !self.operation(operation)? {
                 break;
             }
         }
-        self.bench.restore("after")?;
-        self.before = after;
-        Ok(())
+        Ok([self.outcome, self.audit])
     }
 
-    /// Cuts the power at one operation of a change, in every form; false if the change has no so many.
-    fn operation(&mut self, act: &Act, operation: u64, after: &Account) -> anyhow::Result<bool> {
+    /// Cuts the power at one operation, in every form; false if the change has no so many.
+    fn operation(&mut self, operation: u64) -> anyhow::Result<bool> {
+        let Change { before, after, .. } = self.change;
         for form in FORMS {
-            self.bench.restore("before")?;
-            if !self.cut(act, operation, form)? {
+            self.change.bench.restore("before")?;
+            if !self.cut(operation, form)? {
                 return Ok(false);
             }
-            let place = || format!("cut {form} in operation {operation} of {}", act.name());
+            let act = self.change.act.name();
+            let place = || format!("cut {form} in operation {operation} of {act}");
             match self.start_again() {
                 Ok(found) => {
-                    self.outcome
-                        .check(is_one_of(&found, &self.before, after), || {
-                            format!("{}: {found:?}", place())
-                        });
+                    self.outcome.check(is_one_of(&found, before, after), || {
+                        format!("{}: {found:?}", place())
+                    });
                     self.audit(&found, place);
                 }
                 Err(error) => self.outcome.lose(1, || format!("{}: {error:#}", place())),
@@ -113,12 +180,13 @@ impl Sweep<'_> {
         Ok(true)
     }
 
-    /// Carries out a change until the power goes at a flash operation; false if it does not.
-    fn cut(&mut self, act: &Act, operation: u64, form: &str) -> anyhow::Result<bool> {
-        let done = self
-            .bench
+    /// Carries out the change until the power goes at a flash operation; false if it does not.
+    fn cut(&mut self, operation: u64, form: &str) -> anyhow::Result<bool> {
+        let Change { bench, act, .. } = self.change;
+        let mut keeper = self.change.keeper.clone();
+        let done = bench
             .on(&[cut(operation, form)])
-            .and_then(|mut board| self.keeper.carry_out(&mut board.line, act));
+            .and_then(|mut board| keeper.carry_out(&mut board.line, act));
         match done {
             Ok(()) => Ok(false),
             Err(error) if is_gone(&error) => {
@@ -131,10 +199,11 @@ impl Sweep<'_> {
 
     /// Switches the board on, cuts the power if it writes anything, and switches it on for good; its account.
     fn start_again(&mut self) -> anyhow::Result<Account> {
-        match self.bench.on(&[cut(1, "half")]).and_then(started) {
+        let bench = &self.change.bench;
+        match bench.on(&[cut(1, "half")]).and_then(started) {
             Err(error) if is_gone(&error) => {
                 self.outcome.inject();
-                started(self.bench.on(&[])?)
+                started(bench.on(&[])?)
             }
             account => account,
         }
