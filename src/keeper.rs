@@ -23,7 +23,7 @@ use sha2::{Digest, Sha256};
 use crate::authority::Authority;
 use crate::store::key::{KeyPages, StoredKey};
 use crate::store::log::{End, Entry, Log, LogError, Reason};
-use crate::store::{Archive, ArchiveError, CoefficientSet, MAX_ENCODED, SetId, Stored};
+use crate::store::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
 use crate::wire::change::{Act, Challenge, Change, Key, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
@@ -74,6 +74,25 @@ struct Upload {
     bytes: Encoded,
 }
 
+impl Upload {
+    /// Whether it is what was announced, a set, and for this board.
+    fn check(&self, board: &[u8; 12]) -> Result<(), Refusal> {
+        let expected = self.bytes.len() as u16;
+        if expected != self.length {
+            return Err(Refusal::OutOfOrder { expected });
+        }
+        if Sha256::digest(&self.bytes)[..] != self.digest {
+            return Err(Refusal::WrongIdentity);
+        }
+        let set = CoefficientSet::decode(&self.bytes).map_err(Refusal::Record)?;
+        if set.board == *board {
+            Ok(())
+        } else {
+            Err(Refusal::OtherBoard)
+        }
+    }
+}
+
 /// The active set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Active {
@@ -120,13 +139,12 @@ impl<F: NorFlash> Keeper<F> {
     pub async fn start(&mut self) -> Result<(), Refusal> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
-        let newest = self.archive()?.newest(0).await.map_err(refusal)?;
+        let mut history = self.archive()?.history(0).await.map_err(refusal)?;
         let reset = self.end.reset;
-        let (newest, is_outdated) = match newest {
-            Some(newest) if newest.entry.counter <= reset => (None, true),
-            newest => (newest, false),
-        };
-        self.complete(newest).await?;
+        let is_current = |stored: &Stored| stored.entry.counter > reset;
+        let is_outdated = history.first().is_some_and(|newest| !is_current(newest));
+        history.retain(is_current);
+        self.complete(&history).await?;
         if is_outdated {
             let erased = self.archive()?.erase().await;
             erased.map_err(|_| Refusal::Erasure)?;
@@ -135,17 +153,18 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     /// Activates the set that is active by log and archive, and appends the entries that a loss of power prevented: of
-    /// an upload, and of a key. `newest` is the newest set that is not out of use.
-    async fn complete(&mut self, newest: Option<Stored>) -> Result<(), Refusal> {
+    /// an upload, and of a key. `history` has the sets that are not out of use.
+    async fn complete(&mut self, history: &History) -> Result<(), Refusal> {
         let end = self.end;
-        match newest {
+        match history.first() {
             Some(uploaded) if uploaded.entry.counter > end.last_counter() => {
-                self.activate(&uploaded);
+                self.activate(uploaded).await?;
                 self.follow_up(&uploaded.entry).await?;
             }
             newest => {
                 if let Some(id) = end.last.and_then(|last| last.id) {
-                    self.find_active(id, newest).await?;
+                    let named = history.iter().find(|stored| stored.id == id);
+                    self.find_active(id, named, newest).await?;
                 }
             }
         }
@@ -158,20 +177,18 @@ impl<F: NorFlash> Keeper<F> {
         Ok(())
     }
 
-    /// Activates the set with this identity, or the newest if it cannot be read any more.
-    async fn find_active(&mut self, id: SetId, newest: Option<Stored>) -> Result<(), Refusal> {
-        if let Some(newest) = newest.as_ref().filter(|newest| newest.id == id) {
-            self.activate(newest);
-            return Ok(());
+    /// Activates the set that the log names, or the newest if that cannot be read any more.
+    async fn find_active(
+        &mut self,
+        id: SetId,
+        named: Option<&Stored>,
+        newest: Option<&Stored>,
+    ) -> Result<(), Refusal> {
+        if let Some(stored) = named.or(newest) {
+            self.activate(stored).await?;
         }
-        let reset = self.end.reset;
-        let found = self.archive()?.find(id, reset).await.map_err(refusal)?;
-        if let Some(found) = found {
-            self.activate(&found);
+        if named.is_some() {
             return Ok(());
-        }
-        if let Some(newest) = &newest {
-            self.activate(newest);
         }
         let entry = Entry {
             previous: Some(id),
@@ -243,15 +260,22 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     async fn history(&mut self, age: u8) -> Result<Response, Refusal> {
+        let history = self.kept().await?;
+        Ok(Response::Kept(history.get(usize::from(age)).map(
+            |stored| Kept {
+                sequence: stored.entry.counter,
+                id: stored.id,
+                length: stored.length,
+                made_unix_s: stored.made_unix_s,
+                uploaded_unix_s: stored.entry.unix_s,
+            },
+        )))
+    }
+
+    /// The sets since the last factory reset.
+    async fn kept(&mut self) -> Result<History, Refusal> {
         let reset = self.end.reset;
-        let stored = self.archive()?.kept(age, reset).await.map_err(refusal)?;
-        Ok(Response::Kept(stored.map(|stored| Kept {
-            sequence: stored.entry.counter,
-            id: stored.id,
-            length: stored.length,
-            made_unix_s: stored.set.unix_s,
-            uploaded_unix_s: stored.entry.unix_s,
-        })))
+        self.archive()?.history(reset).await.map_err(refusal)
     }
 
     async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
@@ -314,21 +338,19 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     /// The upload under way, as long as its unlock lasts.
-    fn upload(&mut self, now_ms: u64) -> Result<Upload, Refusal> {
-        let upload = self.upload.take().ok_or(Refusal::NoUpload)?;
-        if now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS {
+    fn upload(&mut self, now_ms: u64) -> Result<&mut Upload, Refusal> {
+        let is_over = |upload: &mut Upload| now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS;
+        if self.upload.take_if(is_over).is_some() {
             return Err(Refusal::Expired);
         }
-        Ok(upload)
+        self.upload.as_mut().ok_or(Refusal::NoUpload)
     }
 
     fn chunk(&mut self, offset: u16, bytes: &[u8], now_ms: u64) -> Result<Response, Refusal> {
-        let mut upload = self.upload(now_ms)?;
+        let upload = self.upload(now_ms)?;
         let expected = upload.bytes.len() as u16;
         let fits = upload.bytes.len() + bytes.len() <= usize::from(upload.length);
-        let taken = offset == expected && fits && upload.bytes.extend_from_slice(bytes).is_ok();
-        self.upload = Some(upload);
-        if taken {
+        if offset == expected && fits && upload.bytes.extend_from_slice(bytes).is_ok() {
             Ok(Response::Done)
         } else {
             Err(Refusal::OutOfOrder { expected })
@@ -336,42 +358,37 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     async fn commit(&mut self, now_ms: u64) -> Result<Response, Refusal> {
+        let committed = self.store(now_ms).await;
+        self.upload = None;
+        committed
+    }
+
+    /// Makes the uploaded set the newest in the archive and the active one.
+    async fn store(&mut self, now_ms: u64) -> Result<Response, Refusal> {
+        let board = self.board;
         let upload = self.upload(now_ms)?;
-        let expected = upload.bytes.len() as u16;
-        if expected != upload.length {
-            return Err(Refusal::OutOfOrder { expected });
-        }
-        if Sha256::digest(&upload.bytes)[..] != upload.digest {
-            return Err(Refusal::WrongIdentity);
-        }
-        let set = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
-        if set.board != self.board {
-            return Err(Refusal::OtherBoard);
-        }
-        self.store(&upload.bytes, upload.unix_s).await
+        upload.check(&board)?;
+        let (id, unix_s) = (CoefficientSet::id_of(&upload.bytes), upload.unix_s);
+        let entry = self.entry(Reason::Upload, Some(id), unix_s);
+        let slot = self.active.as_ref().map(|active| active.slot);
+        let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
+        let mut archive = Archive::new(&mut self.flash, ARCHIVE).map_err(refusal)?;
+        let stored = archive.append(&entry, &upload.bytes, slot).await;
+        self.activate(&stored.map_err(refusal)?).await?;
+        self.follow_up(&entry).await?;
+        self.committed()
     }
 
     async fn roll_back(&mut self, id: SetId, unix_s: u64) -> Result<Response, Refusal> {
         if self.active_id() == Some(id) {
             return Err(Refusal::AlreadyActive);
         }
-        let reset = self.end.reset;
-        let kept = self.archive()?.find(id, reset).await.map_err(refusal)?;
+        let history = self.kept().await?;
+        let kept = history.iter().find(|stored| stored.id == id);
         let kept = kept.ok_or(Refusal::NoSuchSet)?;
         let entry = self.entry(Reason::Rollback, Some(id), unix_s);
         self.append(&entry).await?;
-        self.activate(&kept);
-        self.committed()
-    }
-
-    /// Makes an uploaded set the newest in the archive and the active one.
-    async fn store(&mut self, encoded: &[u8], unix_s: u64) -> Result<Response, Refusal> {
-        let id = CoefficientSet::id_of(encoded);
-        let entry = self.entry(Reason::Upload, Some(id), unix_s);
-        let slot = self.active.as_ref().map(|active| active.slot);
-        let appended = self.archive()?.append(&entry, encoded, slot).await;
-        self.activate(&appended.map_err(refusal)?);
-        self.follow_up(&entry).await?;
+        self.activate(kept).await?;
         self.committed()
     }
 
@@ -381,11 +398,7 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     async fn reset(&mut self, unix_s: u64) -> Result<Response, Refusal> {
-        let reset = self.end.reset;
-        let mut sets = 0;
-        while let Some(_set) = self.archive()?.kept(sets, reset).await.map_err(refusal)? {
-            sets += 1;
-        }
+        let sets = self.kept().await?.len() as u8;
         let entry = self.entry(Reason::FactoryReset, None, unix_s);
         self.append(&entry).await?;
         self.active = None;
@@ -436,17 +449,20 @@ impl<F: NorFlash> Keeper<F> {
         Ok(())
     }
 
-    /// Puts a set that was read from flash to use; one of another board, whose flash came here, is not.
-    fn activate(&mut self, stored: &Stored) {
-        self.active = (stored.set.board == self.board).then(|| Active {
+    /// Puts a stored set to use; one of another board, whose flash came here, is not.
+    async fn activate(&mut self, stored: &Stored) -> Result<(), Refusal> {
+        let set = self.archive()?.read(stored.slot).await.map_err(refusal)?;
+        let content = set.ok_or(Refusal::Flash)?;
+        self.active = (content.board == self.board).then_some(Active {
             set: ActiveSet {
                 id: stored.id,
                 sequence: stored.entry.counter,
                 length: stored.length,
             },
-            content: stored.set.clone(),
+            content,
             slot: stored.slot,
         });
+        Ok(())
     }
 
     fn active_id(&self) -> Option<SetId> {

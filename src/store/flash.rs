@@ -14,6 +14,7 @@
 //!
 //! A set is stored together with the entry that its activation has in the [`super::log`]: both are there or neither.
 
+use core::cmp::Reverse;
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::NorFlash;
@@ -52,8 +53,8 @@ pub enum ArchiveError<E> {
     ReadBack,
 }
 
-/// A stored set with its place in history.
-#[derive(Debug, Clone, PartialEq)]
+/// Where a set is, and its place in history.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
     /// How it became active.
     pub entry: Entry,
@@ -61,11 +62,14 @@ pub struct Stored {
     pub id: SetId,
     /// Length of the encoded set, bytes.
     pub length: u16,
-    /// The set.
-    pub set: CoefficientSet,
+    /// When the campaign was, seconds since 1970-01-01 UTC.
+    pub made_unix_s: u64,
     /// Its place in the archive.
     pub slot: u8,
 }
+
+/// What is kept, newest first.
+pub type History = heapless::Vec<Stored, { KEPT as usize }>;
 
 /// The sets on one flash range; owns the flash.
 pub struct Archive<F: NorFlash> {
@@ -87,65 +91,37 @@ impl<F: NorFlash> Archive<F> {
         Ok(Self { flash, range })
     }
 
-    /// The newest set that decodes, activated after the entry with counter `after`; `None` when there is none.
+    /// The sets that decode and were activated after the entry with counter `after`, newest first.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`].
-    pub async fn newest(&mut self, after: u32) -> Result<Option<Stored>, ArchiveError<F::Error>> {
-        self.newest_before(u32::MAX, after).await
-    }
-
-    /// The set that is `age` places older than the newest of those activated after `after`; `None` when there is none.
-    ///
-    /// # Errors
-    /// [`ArchiveError::Flash`].
-    pub async fn kept(
-        &mut self,
-        age: u8,
-        after: u32,
-    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
-        let mut found = self.newest(after).await?;
-        for _ in 0..age {
-            let Some(newer) = found else { break };
-            found = self.newest_before(newer.entry.counter, after).await?;
-        }
-        Ok(found)
-    }
-
-    async fn newest_before(
-        &mut self,
-        before: u32,
-        after: u32,
-    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
-        let mut newest: Option<Stored> = None;
+    pub async fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
+        let mut history = History::new();
         for slot in 0..KEPT {
-            let stored = match self.fetch(slot).await {
+            let found = match self.fetch(slot, |stored, _| stored).await {
                 Err(error @ ArchiveError::Flash(Error::Storage { .. })) => return Err(error),
                 // Any other error is what an interrupted erasure left; the newest set is in the other half.
                 fetched => fetched.ok().flatten(),
             };
-            let best = newest.as_ref().map_or(after, |best| best.entry.counter);
-            newest = stored
-                .filter(|stored| stored.entry.counter > best && stored.entry.counter < before)
-                .or(newest);
+            if let Some(found) = found.filter(|found| found.entry.counter > after) {
+                let is_older = |kept: &Stored| kept.entry.counter < found.entry.counter;
+                let place = history.iter().position(is_older).unwrap_or(history.len());
+                // There is room for every slot.
+                let _ = history.insert(place, found);
+            }
         }
-        Ok(newest)
+        Ok(history)
     }
 
-    /// The newest set with this identity, activated after the entry with counter `after`; `None` when there is none.
+    /// The set in a slot; `None` when there is none that decodes.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`].
-    pub async fn find(
+    pub async fn read(
         &mut self,
-        id: SetId,
-        after: u32,
-    ) -> Result<Option<Stored>, ArchiveError<F::Error>> {
-        let mut found = self.newest(after).await?;
-        while let Some(newer) = found.take_if(|found| found.id != id) {
-            found = self.newest_before(newer.entry.counter, after).await?;
-        }
-        Ok(found)
+        slot: u8,
+    ) -> Result<Option<CoefficientSet>, ArchiveError<F::Error>> {
+        self.fetch(slot, |_, set| set).await
     }
 
     /// Appends an encoded set that becomes active as `entry` says in place of the set in slot `active`, reads it back
@@ -160,32 +136,14 @@ impl<F: NorFlash> Archive<F> {
         active: Option<u8>,
     ) -> Result<Stored, ArchiveError<F::Error>> {
         CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let slot = self.slot_beside(active).await?;
+        let history = self.history(0).await?;
+        let slot = slot_beside(active, &history);
         if let Ok(stored) = self.store(slot, entry, encoded).await {
             return Ok(stored);
         }
         let mut map = self.map(slot)?;
         map.erase_all().await.map_err(ArchiveError::Flash)?;
         self.store(slot, entry, encoded).await
-    }
-
-    /// The oldest slot, or one that is empty, in the half that does not hold slot `active`.
-    async fn slot_beside(&mut self, active: Option<u8>) -> Result<u8, ArchiveError<F::Error>> {
-        let first = active.map_or(0, |active| (active + 1) % 2);
-        let mut oldest = (first, u32::MAX);
-        for slot in (first..KEPT).step_by(2) {
-            let counter = match self.fetch(slot).await {
-                Err(error @ ArchiveError::Flash(Error::Storage { .. })) => return Err(error),
-                fetched => fetched
-                    .ok()
-                    .flatten()
-                    .map_or(0, |stored| stored.entry.counter),
-            };
-            if counter < oldest.1 {
-                oldest = (slot, counter);
-            }
-        }
-        Ok(oldest.0)
     }
 
     /// Erases all sets.
@@ -220,7 +178,8 @@ impl<F: NorFlash> Archive<F> {
             .store_item(&mut buffer, &slot, &&item[..length])
             .await
             .map_err(ArchiveError::Flash)?;
-        let stored = self.fetch(slot).await?.ok_or(ArchiveError::ReadBack)?;
+        let stored = self.fetch(slot, |stored, _| stored).await?;
+        let stored = stored.ok_or(ArchiveError::ReadBack)?;
         if stored.entry == *entry && stored.id == CoefficientSet::id_of(encoded) {
             Ok(stored)
         } else {
@@ -228,8 +187,12 @@ impl<F: NorFlash> Archive<F> {
         }
     }
 
-    /// The set in one slot; a slot whose content does not decode counts as empty.
-    async fn fetch(&mut self, slot: u8) -> Result<Option<Stored>, ArchiveError<F::Error>> {
+    /// What `take` takes of one slot; a slot whose content does not decode counts as empty.
+    async fn fetch<T>(
+        &mut self,
+        slot: u8,
+        take: impl Fn(Stored, CoefficientSet) -> T,
+    ) -> Result<Option<T>, ArchiveError<F::Error>> {
         let mut buffer = [0; WORK_BYTES];
         let item: Option<&[u8]> = self
             .map(slot)?
@@ -238,13 +201,15 @@ impl<F: NorFlash> Archive<F> {
             .map_err(ArchiveError::Flash)?;
         Ok(item.and_then(|item| {
             let (entry, encoded) = postcard::take_from_bytes::<Entry>(item).ok()?;
-            Some(Stored {
+            let set = CoefficientSet::decode(encoded).ok()?;
+            let stored = Stored {
                 entry,
                 id: CoefficientSet::id_of(encoded),
                 length: encoded.len() as u16,
-                set: CoefficientSet::decode(encoded).ok()?,
+                made_unix_s: set.unix_s,
                 slot,
-            })
+            };
+            Some(take(stored, set))
         }))
     }
 
@@ -263,4 +228,14 @@ impl<F: NorFlash> Archive<F> {
             Cache::new_uncached(),
         ))
     }
+}
+
+/// The oldest slot, or one that is empty, in the half that does not hold slot `active`.
+fn slot_beside(active: Option<u8>, history: &History) -> u8 {
+    let first = active.map_or(0, |active| (active + 1) % 2);
+    let age = |slot: &u8| history.iter().position(|stored| stored.slot == *slot);
+    (first..KEPT)
+        .step_by(2)
+        .max_by_key(|slot| (age(slot).unwrap_or(usize::MAX), Reverse(*slot)))
+        .unwrap_or(first)
 }

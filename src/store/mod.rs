@@ -13,6 +13,6 @@ pub mod log;
 pub mod record;
 
 pub use base::{BaseError, JackCoefficients, MotionBase};
-pub use flash::{Archive, ArchiveError, Stored};
+pub use flash::{Archive, ArchiveError, History, Stored};
 pub use log::Entry;
 pub use record::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};

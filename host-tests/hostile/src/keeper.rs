@@ -21,14 +21,6 @@ use crate::nor_flash::{Nor, Torn};
 
 /// Most commands of an attack; more find nothing new and take their time.
 const COMMANDS: usize = 32;
-const KINDS: [Torn; 5] = [
-    Torn::Nothing,
-    Torn::Everything,
-    Torn::SomeBits,
-    Torn::Garbage,
-    Torn::Patchwork,
-];
-
 /// The first byte picks the board's history, the others are commands.
 ///
 /// # Panics
@@ -112,14 +104,14 @@ impl<'f> Attack<'f> {
             8 => self.whole_upload(usize::from(input.byte())),
             9 => self.question(input),
             10 => {
-                let (operations, torn) = (input.short() % 512, input.pick(&KINDS));
+                let (operations, torn) = (input.short() % 512, input.pick(&Torn::ALL));
                 let seed = u64::from(operations);
                 let mut nor = self.nor.borrow_mut();
                 nor.cut_after(operations.into(), torn, seed);
             }
             11 => {
                 let cut = input.byte();
-                self.restart((cut > 0).then_some((cut.into(), input.pick(&KINDS))));
+                self.restart((cut > 0).then_some((cut.into(), input.pick(&Torn::ALL))));
             }
             _ => {
                 if let Some((change, tag)) = self.heard.clone() {

@@ -32,6 +32,17 @@ pub enum Torn {
     Patchwork,
 }
 
+impl Torn {
+    /// Each of them.
+    pub const ALL: [Self; 5] = [
+        Self::Nothing,
+        Self::Everything,
+        Self::SomeBits,
+        Self::Garbage,
+        Self::Patchwork,
+    ];
+}
+
 /// Why the memory did not do as it was told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {

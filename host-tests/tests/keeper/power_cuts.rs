@@ -11,14 +11,6 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::custody::{Custody, KEY, OTHER_KEY, PAGES};
 
-const KINDS: [Torn; 5] = [
-    Torn::Nothing,
-    Torn::Everything,
-    Torn::SomeBits,
-    Torn::Garbage,
-    Torn::Patchwork,
-];
-
 /// A change.
 #[derive(Debug, Clone, Copy)]
 enum Step {
@@ -94,7 +86,7 @@ fn sweep(before: &[Step], step: Step) {
     let new = look(&mut done, "after");
     assert_ne!(old, new);
     let operations = done.operations - nor.operations;
-    for (torn, operation) in KINDS
+    for (torn, operation) in Torn::ALL
         .iter()
         .flat_map(|torn| (0..operations).map(move |at| (*torn, at)))
     {
@@ -191,7 +183,7 @@ fn again_and_again_in_any_order() {
             }
             _ => Step::Upload(number),
         };
-        let torn = KINDS[random.random_range(0..KINDS.len())];
+        let torn = Torn::ALL[random.random_range(0..Torn::ALL.len())];
         let operation = random.random_range(0..160);
         let case = format!("{number}: {step:?}, {torn:?} in operation {operation}");
         nor.cut_after(operation, torn, random.random());

@@ -12,15 +12,17 @@ const PAGES: usize = 8;
 fn append(nor: &mut Nor, number: u32) -> Stored {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    let active = block_on(archive.newest(0))
-        .unwrap()
-        .map(|newest| newest.slot);
+    let active = block_on(archive.history(0)).unwrap();
+    let active = active.first().map(|newest| newest.slot);
     block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).unwrap()
 }
 
-fn newest(nor: &mut Nor) -> Option<Stored> {
+fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
     let range = nor.range();
-    block_on(Archive::new(nor, range).unwrap().newest(0)).unwrap()
+    let mut archive = Archive::new(nor, range).unwrap();
+    let newest = *block_on(archive.history(0)).unwrap().first()?;
+    let set = block_on(archive.read(newest.slot)).unwrap();
+    Some((newest, set.expect("what history tells can be read")))
 }
 
 #[test]
@@ -35,15 +37,13 @@ fn the_last_set_appended_is_the_newest_however_many_came_before() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=100 {
         let stored = append(&mut nor, number);
+        let bytes = encoded(&numbered(number));
         assert_eq!(
-            (stored.entry, &stored.set),
-            (uploaded(number), &numbered(number))
+            (stored.entry, stored.id, usize::from(stored.length)),
+            (uploaded(number), CoefficientSet::id_of(&bytes), bytes.len())
         );
-        assert_eq!(
-            stored.id,
-            CoefficientSet::id_of(&encoded(&numbered(number)))
-        );
-        assert_eq!(newest(&mut nor), Some(stored));
+        assert_eq!(stored.made_unix_s, numbered(number).unix_s);
+        assert_eq!(newest(&mut nor), Some((stored, numbered(number))));
     }
 }
 
@@ -130,8 +130,8 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
             Some(0),
         ));
         assert_eq!(refused, Err(ArchiveError::ReadBack), "after {stored}");
-        let newest = newest(&mut nor).unwrap();
-        assert_eq!(newest.set, numbered(stored));
+        let (_, newest) = newest(&mut nor).unwrap();
+        assert_eq!(newest, numbered(stored));
     }
 }
 
@@ -143,8 +143,10 @@ fn the_last_eight_are_kept_newest_first_and_none_from_before_a_reset() {
         let range = nor.range();
         let mut archive = Archive::new(&mut nor, range).unwrap();
         let mut kept = |after| {
-            let ages = (0..=8).map_while(|age| block_on(archive.kept(age, after)).unwrap());
-            ages.map(|kept| kept.entry.counter).collect::<Vec<_>>()
+            let kept = block_on(archive.history(after)).unwrap();
+            kept.iter()
+                .map(|kept| kept.entry.counter)
+                .collect::<Vec<_>>()
         };
         let expected: Vec<_> = (number.saturating_sub(7).max(1)..=number).rev().collect();
         assert_eq!(kept(0), expected);

@@ -1,7 +1,7 @@
 //! The power goes in every operation of an append: the old set or the new one is active afterwards, whole.
 
 use embassy_futures::block_on;
-use hexsense::store::{Archive, Stored};
+use hexsense::store::{Archive, CoefficientSet, Stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,14 +14,18 @@ const PAGES: usize = 8;
 fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    let active = block_on(archive.newest(0)).ok()?.map(|newest| newest.slot);
+    let active = block_on(archive.history(0)).ok()?;
+    let active = active.first().map(|newest| newest.slot);
     block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).ok()
 }
 
-fn newest(nor: &mut Nor) -> Option<Stored> {
+fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
     let range = nor.range();
     let mut archive = Archive::new(nor, range).unwrap();
-    block_on(archive.newest(0)).expect("an archive can be read after any power cut")
+    let history = block_on(archive.history(0)).expect("it can be read after any power cut");
+    let newest = *history.first()?;
+    let set = block_on(archive.read(newest.slot)).expect("it can be read after any power cut");
+    Some((newest, set.expect("what history tells can be read")))
 }
 
 /// Appends set `number` to `nor` with the power going as arranged; checks what is there afterwards, and that the next
@@ -38,7 +42,7 @@ fn survive(nor: &mut Nor, number: u32, case: &str) -> bool {
     let found = newest(nor);
     let is_new = found
         .as_ref()
-        .is_some_and(|found| found.set == numbered(number));
+        .is_some_and(|(_, set)| *set == numbered(number));
     assert!(
         found == old || is_new,
         "{case}: had {old:?}, found {found:?}"
@@ -48,7 +52,7 @@ fn survive(nor: &mut Nor, number: u32, case: &str) -> bool {
 }
 
 /// The newest set as a copy of the flash has it, so that looking repairs nothing.
-fn newest_undisturbed(nor: &Nor) -> Option<Stored> {
+fn newest_undisturbed(nor: &Nor) -> Option<(Stored, CoefficientSet)> {
     let mut copy = nor.clone();
     copy.power_on();
     newest(&mut copy)
@@ -75,7 +79,11 @@ fn sweep(appends: std::ops::RangeInclusive<u32>, torn: Torn) {
             }
             let next = append(&mut cut, number + 1)
                 .unwrap_or_else(|| panic!("{case}: the next append fails"));
-            assert_eq!(newest(&mut cut).as_ref(), Some(&next), "{case}");
+            assert_eq!(
+                newest(&mut cut),
+                Some((next, numbered(number + 1))),
+                "{case}"
+            );
             operation += 1;
         }
         append(&mut nor, number).unwrap();
@@ -124,9 +132,9 @@ fn the_sweeps_reach_erasures_in_both_halves() {
             .copied()
             .collect::<Vec<_>>()
     };
-    (1..18).for_each(|number| drop(append(&mut nor, number)));
+    (1..18).for_each(|number| drop(append(&mut nor, number).unwrap()));
     assert_eq!(erased(&nor), [0; PAGES]);
-    (18..27).for_each(|number| drop(append(&mut nor, number)));
+    (18..27).for_each(|number| drop(append(&mut nor, number).unwrap()));
     let halves = erased(&nor);
     assert!(
         halves[..PAGES / 2].contains(&1) && halves[PAGES / 2..].contains(&1),
@@ -136,17 +144,10 @@ fn the_sweeps_reach_erasures_in_both_halves() {
 
 /// Damage upon damage: every other append is cut somewhere, and so is what cleans up after it.
 fn generations(mut nor: Nor) {
-    const KINDS: [Torn; 5] = [
-        Torn::Nothing,
-        Torn::Everything,
-        Torn::SomeBits,
-        Torn::Garbage,
-        Torn::Patchwork,
-    ];
     let mut random = ChaCha8Rng::seed_from_u64(20_260_101);
     let mut cuts = 0;
     for number in 1..1_200 {
-        let torn = KINDS[random.random_range(0..KINDS.len())];
+        let torn = Torn::ALL[random.random_range(0..Torn::ALL.len())];
         // An append is about eighty operations, with the erasure of a page among the first of some.
         let most = if random.random() { 160 } else { 6 };
         let operation = random.random_range(0..most);
