@@ -158,7 +158,8 @@ impl<F: NorFlash> Keeper<F> {
         let end = self.end;
         match history.first() {
             Some(uploaded) if uploaded.entry.counter > end.last_counter() => {
-                self.activate(uploaded).await?;
+                let content = self.read_set(uploaded).await?;
+                self.activate(uploaded, content);
                 self.follow_up(&uploaded.entry).await?;
             }
             newest => {
@@ -185,7 +186,8 @@ impl<F: NorFlash> Keeper<F> {
         newest: Option<&Stored>,
     ) -> Result<(), Refusal> {
         if let Some(stored) = named.or(newest) {
-            self.activate(stored).await?;
+            let content = self.read_set(stored).await?;
+            self.activate(stored, content);
         }
         if named.is_some() {
             return Ok(());
@@ -302,7 +304,8 @@ impl<F: NorFlash> Keeper<F> {
             .check(key, &self.board, change, tag, now_ms)?;
         self.upload = None;
         if let Some(entry) = self.unlogged {
-            self.follow_up(&entry).await?;
+            let logged = self.follow_up(&entry).await;
+            logged.map_err(|_| Refusal::EarlierLog)?;
         }
         let end = self.end;
         if !self.log().has_room(&end) {
@@ -374,7 +377,9 @@ impl<F: NorFlash> Keeper<F> {
         let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
         let mut archive = Archive::new(&mut self.flash, ARCHIVE).map_err(refusal)?;
         let stored = archive.append(&entry, &upload.bytes, slot).await;
-        self.activate(&stored.map_err(refusal)?).await?;
+        let stored = stored.map_err(refusal)?;
+        let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
+        self.activate(&stored, content);
         self.follow_up(&entry).await?;
         self.committed()
     }
@@ -383,12 +388,13 @@ impl<F: NorFlash> Keeper<F> {
         if self.active_id() == Some(id) {
             return Err(Refusal::AlreadyActive);
         }
-        let history = self.kept().await?;
-        let kept = history.iter().find(|stored| stored.id == id);
+        let is_wanted = |stored: &Stored| stored.id == id;
+        let kept = self.kept().await?.into_iter().find(is_wanted);
         let kept = kept.ok_or(Refusal::NoSuchSet)?;
+        let content = self.read_set(&kept).await?;
         let entry = self.entry(Reason::Rollback, Some(id), unix_s);
         self.append(&entry).await?;
-        self.activate(kept).await?;
+        self.activate(&kept, content);
         self.committed()
     }
 
@@ -449,10 +455,13 @@ impl<F: NorFlash> Keeper<F> {
         Ok(())
     }
 
-    /// Puts a stored set to use; one of another board, whose flash came here, is not.
-    async fn activate(&mut self, stored: &Stored) -> Result<(), Refusal> {
+    async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
         let set = self.archive()?.read(stored.slot).await.map_err(refusal)?;
-        let content = set.ok_or(Refusal::Flash)?;
+        set.ok_or(Refusal::Flash)
+    }
+
+    /// Puts a stored set to use; one of another board, whose flash came here, is not.
+    fn activate(&mut self, stored: &Stored, content: CoefficientSet) {
         self.active = (content.board == self.board).then_some(Active {
             set: ActiveSet {
                 id: stored.id,
@@ -462,7 +471,6 @@ impl<F: NorFlash> Keeper<F> {
             content,
             slot: stored.slot,
         });
-        Ok(())
     }
 
     fn active_id(&self) -> Option<SetId> {

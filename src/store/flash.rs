@@ -58,7 +58,7 @@ pub enum ArchiveError<E> {
 pub struct Stored {
     /// How it became active.
     pub entry: Entry,
-    /// Identity of the set.
+    /// Identity of the set, as the entry has it.
     pub id: SetId,
     /// Length of the encoded set, bytes.
     pub length: u16,
@@ -66,6 +66,20 @@ pub struct Stored {
     pub made_unix_s: u64,
     /// Its place in the archive.
     pub slot: u8,
+}
+
+impl Stored {
+    /// `None` for what is no set.
+    fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<Self> {
+        let set = CoefficientSet::decode(encoded).ok()?;
+        Some(Self {
+            entry,
+            id: entry.id?,
+            length: encoded.len() as u16,
+            made_unix_s: set.unix_s,
+            slot,
+        })
+    }
 }
 
 /// What is kept, newest first.
@@ -98,7 +112,8 @@ impl<F: NorFlash> Archive<F> {
     pub async fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
         let mut history = History::new();
         for slot in 0..KEPT {
-            let found = match self.fetch(slot, |stored, _| stored).await {
+            let place = |entry, encoded: &_| Stored::new(slot, entry, encoded);
+            let found = match self.fetch(slot, place).await {
                 Err(error @ ArchiveError::Flash(Error::Storage { .. })) => return Err(error),
                 // Any other error is what an interrupted erasure left; the newest set is in the other half.
                 fetched => fetched.ok().flatten(),
@@ -121,7 +136,8 @@ impl<F: NorFlash> Archive<F> {
         &mut self,
         slot: u8,
     ) -> Result<Option<CoefficientSet>, ArchiveError<F::Error>> {
-        self.fetch(slot, |_, set| set).await
+        self.fetch(slot, |_, encoded| CoefficientSet::decode(encoded).ok())
+            .await
     }
 
     /// Appends an encoded set that becomes active as `entry` says in place of the set in slot `active`, reads it back
@@ -136,8 +152,7 @@ impl<F: NorFlash> Archive<F> {
         active: Option<u8>,
     ) -> Result<Stored, ArchiveError<F::Error>> {
         CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let history = self.history(0).await?;
-        let slot = slot_beside(active, &history);
+        let slot = slot_beside(active, &self.history(0).await?);
         if let Ok(stored) = self.store(slot, entry, encoded).await {
             return Ok(stored);
         }
@@ -165,6 +180,20 @@ impl<F: NorFlash> Archive<F> {
         entry: &Entry,
         encoded: &[u8],
     ) -> Result<Stored, ArchiveError<F::Error>> {
+        self.write(slot, entry, encoded).await?;
+        let as_written = |found, bytes: &_| {
+            (found == *entry && bytes == encoded).then(|| Stored::new(slot, found, bytes))?
+        };
+        let stored = self.fetch(slot, as_written).await?;
+        stored.ok_or(ArchiveError::ReadBack)
+    }
+
+    async fn write(
+        &mut self,
+        slot: u8,
+        entry: &Entry,
+        encoded: &[u8],
+    ) -> Result<(), ArchiveError<F::Error>> {
         let mut item = [0; MAX_ENTRY + MAX_ENCODED];
         let written = postcard::to_slice(entry, &mut item).map_or(0, |written| written.len());
         let length = written + encoded.len();
@@ -177,21 +206,14 @@ impl<F: NorFlash> Archive<F> {
         self.map(slot)?
             .store_item(&mut buffer, &slot, &&item[..length])
             .await
-            .map_err(ArchiveError::Flash)?;
-        let stored = self.fetch(slot, |stored, _| stored).await?;
-        let stored = stored.ok_or(ArchiveError::ReadBack)?;
-        if stored.entry == *entry && stored.id == CoefficientSet::id_of(encoded) {
-            Ok(stored)
-        } else {
-            Err(ArchiveError::ReadBack)
-        }
+            .map_err(ArchiveError::Flash)
     }
 
-    /// What `take` takes of one slot; a slot whose content does not decode counts as empty.
+    /// What `take` makes of the entry and the encoded set in one slot.
     async fn fetch<T>(
         &mut self,
         slot: u8,
-        take: impl Fn(Stored, CoefficientSet) -> T,
+        take: impl Fn(Entry, &[u8]) -> Option<T>,
     ) -> Result<Option<T>, ArchiveError<F::Error>> {
         let mut buffer = [0; WORK_BYTES];
         let item: Option<&[u8]> = self
@@ -201,15 +223,7 @@ impl<F: NorFlash> Archive<F> {
             .map_err(ArchiveError::Flash)?;
         Ok(item.and_then(|item| {
             let (entry, encoded) = postcard::take_from_bytes::<Entry>(item).ok()?;
-            let set = CoefficientSet::decode(encoded).ok()?;
-            let stored = Stored {
-                entry,
-                id: CoefficientSet::id_of(encoded),
-                length: encoded.len() as u16,
-                made_unix_s: set.unix_s,
-                slot,
-            };
-            Some(take(stored, set))
+            take(entry, encoded)
         }))
     }
 

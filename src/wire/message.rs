@@ -446,6 +446,11 @@ pub enum Refusal {
         /// Blocks of the drive.
         blocks: u32,
     },
+    /// An earlier change still waits for its entry in the log; this one was not made.
+    #[error(
+        "nothing was changed: the flash does not take the log entry of an earlier change; start the board anew, and replace it if that does not help"
+    )]
+    EarlierLog,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

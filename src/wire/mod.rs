@@ -33,6 +33,6 @@ pub use pose::{BoardPose, PoseRefusal, PoseReport};
 pub use status::Status;
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
 pub const BAUD: u32 = 2_000_000;

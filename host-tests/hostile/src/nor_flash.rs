@@ -79,8 +79,8 @@ pub struct Nor {
     powered: bool,
     /// Whether a word that cannot be programmed is reported. The driver's asynchronous form loses that error.
     pub reports: bool,
-    /// Whether programming and erasing change nothing any more, without a word.
-    pub worn_out: bool,
+    /// Where programming and erasing change nothing any more, without a word.
+    pub worn_out: std::ops::Range<u32>,
     random: ChaCha8Rng,
 }
 
@@ -95,7 +95,7 @@ impl Nor {
             cut: None,
             powered: true,
             reports: true,
-            worn_out: false,
+            worn_out: 0..0,
             random: ChaCha8Rng::seed_from_u64(1),
         }
     }
@@ -141,7 +141,7 @@ impl Nor {
     /// Carries out the change of `bytes` to `target`, unless the power goes.
     fn operate(&mut self, start: usize, target: &[u8]) -> Result<(), Fault> {
         self.operations += 1;
-        if self.worn_out {
+        if self.worn_out.contains(&(start as u32)) {
             return Ok(());
         }
         let place = start..start + target.len();

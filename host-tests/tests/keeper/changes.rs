@@ -1,7 +1,7 @@
 //! What each change does while the power lasts, and what is refused.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense::keeper::{Command, Keeper};
+use hexsense::keeper::{Command, Keeper, LOG};
 use hexsense::store::log::Reason;
 use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
 use hexsense::wire::change::Act;
@@ -247,7 +247,7 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
     custody.provision();
     custody.upload(1).unwrap();
     drop(custody);
-    nor.worn_out = true;
+    nor.worn_out = nor.range();
     let mut custody = Custody::start(&mut nor);
     assert_eq!(custody.upload(2), Err(Refusal::Flash));
     assert_eq!(
@@ -259,4 +259,32 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
         (custody.active(), custody.log().len()),
         (Some(numbered(1)), 2)
     );
+}
+
+#[test]
+fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_before_it_is_there() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    drop(custody);
+    nor.worn_out = LOG;
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(custody.upload(2), Err(Refusal::Log));
+    let made = |custody: &mut Custody| (custody.active(), custody.log().len());
+    assert_eq!(made(&mut custody), (Some(numbered(2)), 2));
+    assert_eq!(custody.upload(3), Err(Refusal::EarlierLog));
+    assert_eq!(custody.roll_back(1), Err(Refusal::EarlierLog));
+    assert_eq!(
+        custody.change(&KEY, Act::FactoryReset),
+        Err(Refusal::EarlierLog)
+    );
+    assert_eq!(made(&mut custody), (Some(numbered(2)), 2));
+    drop(custody);
+    let (_, started) = Custody::try_start(&mut nor);
+    assert_eq!(started, Err(Refusal::Log));
+    nor.worn_out = 0..0;
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(made(&mut custody), (Some(numbered(2)), 3));
+    custody.upload(3).unwrap();
 }

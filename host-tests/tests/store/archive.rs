@@ -121,7 +121,7 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
         for number in 1..=stored {
             append(&mut nor, number);
         }
-        nor.worn_out = true;
+        nor.worn_out = nor.range();
         let range = nor.range();
         let mut archive = Archive::new(&mut nor, range).unwrap();
         let refused = block_on(archive.append(

@@ -132,9 +132,9 @@ fn the_sweeps_reach_erasures_in_both_halves() {
             .copied()
             .collect::<Vec<_>>()
     };
-    (1..18).for_each(|number| drop(append(&mut nor, number).unwrap()));
+    (1..18).for_each(|number| _ = append(&mut nor, number).unwrap());
     assert_eq!(erased(&nor), [0; PAGES]);
-    (18..27).for_each(|number| drop(append(&mut nor, number).unwrap()));
+    (18..27).for_each(|number| _ = append(&mut nor, number).unwrap());
     let halves = erased(&nor);
     assert!(
         halves[..PAGES / 2].contains(&1) && halves[PAGES / 2..].contains(&1),

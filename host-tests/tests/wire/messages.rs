@@ -189,6 +189,7 @@ pub fn refusal() -> impl Strategy<Value = Refusal> {
         Just(Refusal::Busy),
         any::<u8>().prop_map(|analyser| Refusal::Incomplete { analyser }),
         any::<u32>().prop_map(|blocks| Refusal::Undetermined { blocks }),
+        Just(Refusal::EarlierLog),
     ]
 }
 

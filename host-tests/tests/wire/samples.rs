@@ -153,6 +153,7 @@ pub fn refusals() -> Vec<(&'static str, Refusal)> {
         Busy {} => Refusal::Busy,
         Incomplete { .. } => Refusal::Incomplete { analyser: 2 },
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
+        EarlierLog {} => Refusal::EarlierLog,
     })
 }
 
