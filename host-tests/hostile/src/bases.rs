@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use hexsense::store::CoefficientSet;
 use hexsense::wire::change::Act;
 
-use crate::custody::{Custody, KEYS, PAGES, id};
+use crate::custody::{Custody, KEYS, PAGES, Shared, id};
 use crate::nor_flash::Nor;
 use crate::sets::{encoded, numbered};
 
@@ -55,10 +55,10 @@ pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
 /// The flash after a change.
 fn after<T, E: std::fmt::Debug>(
     nor: &Nor,
-    change: impl FnOnce(&mut Custody) -> Result<T, E>,
+    change: impl FnOnce(&mut Custody<Shared>) -> Result<T, E>,
 ) -> Nor {
     let nor = RefCell::new(nor.clone());
-    let (mut custody, started) = Custody::start(&nor);
+    let (mut custody, started) = Custody::start(Shared(&nor));
     started.expect("a board starts");
     change(&mut custody).expect("a host with the key is served");
     drop(custody);

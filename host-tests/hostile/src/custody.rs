@@ -17,11 +17,12 @@ use crate::sets::BOARD;
 
 /// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
 pub const PAGES: usize = 14;
+/// Key of the board.
+pub const KEY: Key = Key(*b"the key of the board, 32 bytes..");
+/// Key of another.
+pub const OTHER_KEY: Key = Key(*b"the key of another, also 32 byte");
 /// Keys that hosts have.
-pub const KEYS: [Key; 2] = [
-    Key(*b"the key of the board, 32 bytes.."),
-    Key(*b"the key of another, also 32 byte"),
-];
+pub const KEYS: [Key; 2] = [KEY, OTHER_KEY];
 
 /// Flash that the keeper owns and that can be looked at beside it.
 #[derive(Clone, Copy)]
@@ -60,19 +61,19 @@ impl NorFlash for Shared<'_> {
 }
 
 /// A board as a host sees it.
-pub struct Custody<'f> {
+pub struct Custody<F: NorFlash> {
     /// What answers.
-    pub keeper: Keeper<Shared<'f>>,
+    pub keeper: Keeper<F>,
     /// Time since the start, ms.
     pub now_ms: u64,
     /// How many challenges there were: the board draws random ones, which never come twice.
     pub(crate) challenges: u64,
 }
 
-impl<'f> Custody<'f> {
+impl<F: NorFlash> Custody<F> {
     /// Starts a board with this flash, and says how the start went.
-    pub fn start(nor: &'f RefCell<Nor>) -> (Self, Result<(), Refusal>) {
-        let mut keeper = Keeper::new(Shared(nor), BOARD);
+    pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
+        let mut keeper = Keeper::new(flash, BOARD);
         let started = block_on(keeper.start());
         let custody = Self {
             keeper,

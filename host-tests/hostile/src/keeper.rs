@@ -15,7 +15,7 @@ use hexsense::wire::message::{CHUNK, Chunk};
 use hexsense::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
-use crate::custody::{Custody, KEYS, announced, id, signed, upload_of};
+use crate::custody::{Custody, KEYS, Shared, announced, id, signed, upload_of};
 use crate::input::Input;
 use crate::nor_flash::{Nor, Torn};
 
@@ -46,7 +46,7 @@ pub fn run(data: &[u8]) {
 /// An attack, and what the board may have become by it.
 struct Attack<'f> {
     nor: &'f RefCell<Nor>,
-    custody: Custody<'f>,
+    custody: Custody<Shared<'f>>,
     challenge: Option<Challenge>,
     heard: Option<(Change, Tag)>,
     /// Keys that the board may have: two when the power went while it got one.
@@ -63,7 +63,7 @@ struct Attack<'f> {
 
 impl<'f> Attack<'f> {
     fn on(nor: &'f RefCell<Nor>, base: usize) -> Self {
-        let (custody, started) = Custody::start(nor);
+        let (custody, started) = Custody::start(Shared(nor));
         assert_eq!(started, Ok(()));
         Self {
             nor,
@@ -294,12 +294,12 @@ impl<'f> Attack<'f> {
         if let Some((operations, torn)) = cut {
             let seed = operations.into();
             self.nor.borrow_mut().cut_after(operations, torn, seed);
-            let (_, started) = Custody::start(self.nor);
+            let (_, started) = Custody::start(Shared(self.nor));
             let was_cut = self.nor.borrow_mut().power_on();
             assert!(was_cut || started.is_ok(), "{started:?}");
         }
         let challenges = self.custody.challenges;
-        let (custody, started) = Custody::start(self.nor);
+        let (custody, started) = Custody::start(Shared(self.nor));
         assert_eq!(started, Ok(()));
         self.custody = custody;
         self.custody.challenges = challenges;
@@ -337,7 +337,7 @@ impl<'f> Attack<'f> {
             }
         });
         assert!(uploaded, "the board takes none of its keys");
-        let (mut custody, started) = Custody::start(self.nor);
+        let (mut custody, started) = Custody::start(Shared(self.nor));
         assert_eq!(started, Ok(()));
         assert_eq!(custody.active(), Some(id(content)));
         in_order(&custody.log(), custody.active());

@@ -179,10 +179,10 @@ fn entry(input: &mut Input) -> Entry {
 
 /// Starts a board with this flash; with a sound log it must do its work.
 fn started(nor: &RefCell<Nor>, is_sound: bool) {
-    let (custody, first) = Custody::start(nor);
+    let (custody, first) = Custody::start(Shared(nor));
     let (is_provisioned, active) = (custody.keeper.is_provisioned(), custody.active());
     drop(custody);
-    let (mut custody, second) = Custody::start(nor);
+    let (mut custody, second) = Custody::start(Shared(nor));
     if first.is_ok() && second.is_ok() && is_sound {
         assert_eq!(custody.active(), active, "a second start finds the same");
     }
@@ -197,12 +197,16 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
         matches!(uploaded, Ok(Response::Committed(_))),
         "{uploaded:?}"
     );
-    let (custody, started) = Custody::start(nor);
+    let (custody, started) = Custody::start(Shared(nor));
     assert_eq!(started, Ok(()));
     assert_eq!(custody.active(), Some(id(&CONTENTS[2])));
 }
 
-fn work(custody: &mut Custody, key: &Key, is_provisioned: bool) -> Result<Response, Refusal> {
+fn work(
+    custody: &mut Custody<Shared>,
+    key: &Key,
+    is_provisioned: bool,
+) -> Result<Response, Refusal> {
     if !is_provisioned {
         custody.change(key, Act::Provision(key.clone()))?;
     }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use hostile::custody::{Custody, Shared};
 use hostile::{TARGETS, Target, bases};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -69,7 +70,7 @@ fn no_bytes_in_flash_keep_the_board_from_starting() {
 fn attacks_begin_on_boards_with_the_history_they_say() {
     let logged = bases::BASES.each_ref().map(|nor| {
         let nor = std::cell::RefCell::new(nor.clone());
-        let (mut custody, started) = hostile::custody::Custody::start(&nor);
+        let (mut custody, started) = Custody::start(Shared(&nor));
         assert_eq!(started, Ok(()));
         (custody.keeper.is_provisioned(), custody.log().len())
     });

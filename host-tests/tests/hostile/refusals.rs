@@ -11,7 +11,7 @@ use hexsense::wire::change::Act;
 use hexsense::wire::message::{CHUNK, Request, decode_request, encode_request};
 use hexsense::wire::{MAX_FRAME, Refusal, Response, frame};
 use hostile::bases::{BASES, CONTENTS};
-use hostile::custody::{Custody, KEYS, upload_of};
+use hostile::custody::{Custody, KEYS, Shared, upload_of};
 use hostile::sets::{encoded, numbered};
 use proptest::prelude::*;
 
@@ -62,7 +62,7 @@ fn numbers(set: &mut CoefficientSet) -> Vec<&mut f32> {
 /// the next good one.
 fn refused(act: Act, bytes: &[u8], is_expected: impl Fn(Refusal) -> bool) {
     let nor = RefCell::new(BASES[2].clone());
-    let (mut custody, _) = Custody::start(&nor);
+    let (mut custody, _) = Custody::start(Shared(&nor));
     let (active, operations) = (custody.active(), nor.borrow().operations);
     let answer = custody
         .change(&KEYS[0], act)
