@@ -10,8 +10,8 @@
 //! | `hexsense::…::Analyser::take_inertial` | the sums of one analyser, nine channels |
 //! | `hexsense::…::add_up`, `Sums<6>::add` | the same for the jacks |
 //!
-//! For one size of block, and as many analysers that sum, every block takes the same instructions: nothing branches on
-//! a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
+//! For one size of block, and as many analysers that are not idle, every block takes the same instructions: nothing
+//! branches on a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
 //! task's executor, which is pended here and runs later, see [`announce`].
 //!
 //! The state is one cell that is borrowed with interrupts masked: by the sample interrupt for a block, by the others
