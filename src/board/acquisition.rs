@@ -96,7 +96,8 @@ pub struct Filled {
 }
 
 impl Filled {
-    /// The block whose interrupt this is, if it is one; acknowledges the interrupt.
+    /// The block whose interrupt this is, if it is one; acknowledges the interrupt. A transfer error has switched the
+    /// channel off, and as after an overrun no block comes: the sampling task finds out.
     ///
     /// # Errors
     /// [`Fault`] when the block is not whole, or another is complete already.
@@ -105,6 +106,9 @@ impl Filled {
         let flags = pac::DMA1.isr().read();
         let (first, second) = (flags.htif(INERTIAL_DMA), flags.tcif(INERTIAL_DMA));
         if !first && !second {
+            pac::DMA1
+                .ifcr()
+                .write(|clear| clear.set_teif(INERTIAL_DMA, true));
             return None;
         }
         pac::DMA1
