@@ -33,11 +33,11 @@ use super::trigger::Trigger;
 /// Scans that a ring holds: two of the largest blocks.
 const RING: usize = 2 * BlockSize::MOST;
 
-/// Why the converters must be built anew.
+/// Why the converters must be built anew. None of them is zero, so that no fault is: the path's state begins as zeros.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum Fault {
     /// A result was not fetched before the next came.
-    Overrun,
+    Overrun = 1,
     /// A block was not read before it was overwritten.
     Late,
     /// No block in three times the time that one takes, and no overrun.
