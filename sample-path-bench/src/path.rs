@@ -50,13 +50,14 @@ impl Random {
         Calibrator::of_triads(&triads).at_supply(1.0 + self.next() as i32 as f32 * 1e-12)
     }
 
-    /// A drive of any frequency, with windows long enough for the blocks that are driven with it.
+    /// A drive of any frequency, with any window; of the blocks that are driven with it the first settle, and where the
+    /// window is short the last find it complete.
     fn drive(&mut self, block: BlockSize) -> Drive {
         Drive {
             increment: (u64::from(self.next()) << 32) >> (4 + block.scans().ilog2()),
             block,
-            settle_blocks: 0,
-            blocks: 1 << (self.next() % 15 + 7),
+            settle_blocks: self.next() % 50,
+            blocks: 1 << (self.next() % 18 + 4),
         }
     }
 }

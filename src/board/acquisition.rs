@@ -33,11 +33,11 @@ use super::trigger::Trigger;
 /// Scans that a ring holds: two of the largest blocks.
 const RING: usize = 2 * BlockSize::MOST;
 
-/// Why the converters must be built anew.
+/// Why the converters must be built anew. None of them is zero, so that no fault is: the path's state begins as zeros.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum Fault {
     /// A result was not fetched before the next came.
-    Overrun,
+    Overrun = 1,
     /// A block was not read before it was overwritten.
     Late,
     /// No block in three times the time that one takes, and no overrun.
@@ -96,7 +96,8 @@ pub struct Filled {
 }
 
 impl Filled {
-    /// The block whose interrupt this is, if it is one; acknowledges the interrupt.
+    /// The block whose interrupt this is, if it is one; acknowledges the interrupt. A transfer error has switched the
+    /// channel off, and as after an overrun no block comes: the sampling task finds out.
     ///
     /// # Errors
     /// [`Fault`] when the block is not whole, or another is complete already.
@@ -105,6 +106,9 @@ impl Filled {
         let flags = pac::DMA1.isr().read();
         let (first, second) = (flags.htif(INERTIAL_DMA), flags.tcif(INERTIAL_DMA));
         if !first && !second {
+            pac::DMA1
+                .ifcr()
+                .write(|clear| clear.set_teif(INERTIAL_DMA, true));
             return None;
         }
         pac::DMA1

@@ -10,8 +10,8 @@
 //! | `hexsense::…::Analyser::take_inertial` | the sums of one analyser, nine channels |
 //! | `hexsense::…::add_up`, `Sums<6>::add` | the same for the jacks |
 //!
-//! For one size of block, and as many analysers that sum, every block takes the same instructions: nothing branches on
-//! a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
+//! For one size of block, and as many analysers that are not idle, every block takes the same instructions: nothing
+//! branches on a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
 //! task's executor, which is pended here and runs later, see [`announce`].
 //!
 //! The state is one cell that is borrowed with interrupts masked: by the sample interrupt for a block, by the others
@@ -28,7 +28,6 @@ use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt::InterruptExt;
 use embassy_stm32::interrupt::typelevel::{DMA1_CHANNEL1, Handler};
 use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::signal::Signal;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::Instant;
 use hexsense::channel::{INERTIAL, JACKS, unrolled};
@@ -45,8 +44,8 @@ use super::queue::{Context, Queue};
 static PATH: Mutex<Guard, RefCell<Path>> = Mutex::new(RefCell::new(Path::new()));
 /// The link, when it waits for a block.
 static LINK: AtomicWaker = AtomicWaker::new();
-/// A fault, on its way to the sampling task.
-static FAULT: Signal<Guard, Fault> = Signal::new();
+/// The sampling task, when it waits for a fault.
+static SAMPLING: AtomicWaker = AtomicWaker::new();
 
 /// How far the sample path has come since the start.
 #[derive(Clone, Copy)]
@@ -84,6 +83,8 @@ pub struct Path {
     /// What the analysers do with the block at hand; here because to make room for it every time would take longer.
     steps: [Step; ANALYSERS],
     running: bool,
+    /// Why the run ended, until the sampling task takes it.
+    fault: Option<Fault>,
     cycles: PathCycles,
 }
 
@@ -112,6 +113,7 @@ impl Path {
             prepared: Prepared::NONE,
             steps: [Step::NONE; ANALYSERS],
             running: false,
+            fault: None,
             cycles: PathCycles {
                 min: 0,
                 max: 0,
@@ -213,7 +215,7 @@ impl Path {
             Ok(()) => self.finish(begun),
             Err(fault) => {
                 self.running = false;
-                FAULT.signal(fault);
+                self.fault = Some(fault);
             }
         }
     }
@@ -323,36 +325,39 @@ pub fn with<R>(work: impl FnOnce(&mut Path) -> R) -> R {
     PATH.lock(|path| work(&mut path.borrow_mut()))
 }
 
-/// Wakes the link when a piece is due, and notes times. Runs in the interrupt of the sampling task's executor.
+/// Wakes whom the last block concerns, and notes times. Runs in the interrupt of the sampling task's executor.
 pub fn announce() {
-    let due = with(|path| {
+    let (due, failed) = with(|path| {
         path.note_times();
-        path.queue.is_due()
+        (path.queue.is_due(), path.fault.is_some())
     });
     if due {
         LINK.wake();
+    }
+    if failed {
+        SAMPLING.wake();
     }
 }
 
 /// Waits until a piece is due.
 pub async fn block_waits() {
-    poll_fn(|context| {
-        LINK.register(context.waker());
-        if with(|path| path.queue.is_due()) {
-            Poll::Ready(())
-        } else {
-            Poll::Pending
-        }
-    })
-    .await;
+    wait(&LINK, |path| path.queue.is_due().then_some(())).await;
 }
 
 /// Waits for a fault of the run.
 pub async fn fault() -> Fault {
-    FAULT.wait().await
+    wait(&SAMPLING, |path| path.fault.take()).await
+}
+
+async fn wait<R>(waker: &AtomicWaker, mut look: impl FnMut(&mut Path) -> Option<R>) -> R {
+    poll_fn(|context| {
+        waker.register(context.waker());
+        with(&mut look).map_or(Poll::Pending, Poll::Ready)
+    })
+    .await
 }
 
 /// Takes a fault that came when the run was over already.
 pub fn take_fault() -> Option<Fault> {
-    FAULT.try_take()
+    with(|path| path.fault.take())
 }

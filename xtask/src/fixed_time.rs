@@ -1,8 +1,8 @@
 //! No instruction of the sample path takes a time that depends on its operands: seen in the ELF, not in the source.
 //!
-//! From the functions of the path on, every function that is reached by a branch or call is read, instruction by
-//! instruction. Divisions, square roots, calls of software arithmetic, jumps through a pointer and ways into a panic
-//! are refused. (That no *branch* depends on data is counted: see [`crate::timing`].)
+//! From the firmware's sample interrupt and the functions of the portable path on, every function that is reached by a
+//! branch or call is read, instruction by instruction. Divisions, square roots, calls of software arithmetic, jumps
+//! through a pointer and ways into a panic are refused. (That no *branch* depends on data is counted: see [`crate::timing`].)
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

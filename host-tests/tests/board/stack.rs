@@ -1,7 +1,9 @@
 //! The stack is large enough.
 
+use hexsense::channel::CHANNELS;
+use hexsense::harmonics::increment;
 use hexsense::sampling::BlockSize;
-use hexsense::wire::Request;
+use hexsense::wire::{Drive, Request, Response};
 
 use crate::bench::Board;
 use crate::set::upload;
@@ -22,6 +24,7 @@ fn a_quarter_of_the_stack_is_never_used() {
             board.run_s(0.3);
             board.status();
         }
+        solve(&mut board, block);
     }
     let stack = board.status().stack;
     println!("stack: {stack:?}");
@@ -30,4 +33,30 @@ fn a_quarter_of_the_stack_is_never_used() {
     assert!(stack.deepest > 1_000, "{stack:?}");
     let share = f64::from(stack.deepest) / f64::from(stack.size);
     assert!(share <= LIMIT, "{stack:?}");
+}
+
+/// Has the board solve the harmonics of every channel, and the base's motion from its poses, while it streams.
+fn solve(board: &mut Board, block: BlockSize) {
+    let blocks = 1_000 / block.scans() as u32;
+    let drive = Drive {
+        increment: increment(1.0, 1_000).unwrap(),
+        block,
+        settle_blocks: 0,
+        blocks,
+    };
+    board.order(&Request::Drive { analyser: 0, drive });
+    board.run_s(1.1);
+    for channel in 0..CHANNELS as u8 {
+        let request = Request::Fit {
+            analyser: 0,
+            channel,
+        };
+        let fit = board.ask(&request);
+        assert!(matches!(fit, Response::Fit { .. }), "{fit:?}");
+    }
+    for _ in 0..10 {
+        let motion = board.ask(&Request::Motion { analyser: 0 });
+        let moved = matches!(motion, Response::Motion { motion: Ok(_), .. });
+        assert!(moved, "{motion:?}");
+    }
 }

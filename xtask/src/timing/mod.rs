@@ -29,7 +29,7 @@ use crate::counting::{CountingBoard, Counts};
 /// Nine channels and the analysers, from the filled half of a ring to values and sums.
 const PATH: &str = "sample_inertial";
 /// The same with the jacks, and the counts handed over to the link.
-pub const PATH_WITH_JACKS: &str = "sample_path";
+const PATH_WITH_JACKS: &str = "sample_path";
 /// Interrupt of the converters' DMA, in which all of it happens: DMA1 channel 1.
 const INTERRUPT: &str = "irq:11";
 const POSE: &str = "solve_pose";

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use hexsense::channel::CHANNELS;
-use hexsense::harmonics::drive::MAX_BLOCKS;
 use hexsense::harmonics::{Drive, increment};
 use hexsense::sampling::BlockSize;
 use hexsense::store::MAX_ENCODED;
-use hexsense::wire::StreamContent;
 use hexsense::wire::change::Key;
+use hexsense::wire::{HarmonicState, StreamContent};
 use hexsense_probe::link::Client;
 
 use crate::counting::{CountingBoard, Counts};
@@ -17,6 +16,14 @@ use crate::trial_set::Random;
 
 /// Blocks between one drive and the next.
 const BLOCKS_OF_A_DRIVE: u64 = 250;
+/// Blocks that an analyser settles, and blocks that it sums; for the rest of a drive it is complete.
+const BLOCKS_OF_A_STATE: u32 = 100;
+/// Blocks of a drive after which the analyser must be in each state.
+const STATES: [(u64, HarmonicState); 3] = [
+    (50, HarmonicState::Settling),
+    (150, HarmonicState::Summing),
+    (240, HarmonicState::Complete),
+];
 /// Drives between one set of coefficients and the next.
 const DRIVES_OF_A_SET: u64 = 10;
 /// The key of a board that has no secrets.
@@ -49,7 +56,8 @@ impl Sessions {
         }
     }
 
-    /// Scans at `rate_hz` in blocks of sixteen until `blocks` have been streamed beside poses; one analyser estimates.
+    /// Scans at `rate_hz` in blocks of sixteen until `blocks` have been streamed beside poses; one analyser settles, sums
+    /// and is complete, over and over.
     pub fn run(&mut self, rate_hz: u32, blocks: u64) -> anyhow::Result<Session> {
         let mut client = self.connect()?;
         if !client.status()?.provisioned {
@@ -76,6 +84,12 @@ impl Sessions {
         for block in 1..=blocks {
             client.block(PATIENCE)?;
             client.take_poses();
+            for (at, expected) in STATES {
+                if block % BLOCKS_OF_A_DRIVE == at {
+                    let state = client.status()?.analysers[0];
+                    ensure!(state == expected, "after {at} blocks of a drive: {state:?}");
+                }
+            }
             if block % BLOCKS_OF_A_DRIVE == 0 {
                 client.drive(0, drive(&mut self.random))?;
             }
@@ -132,12 +146,12 @@ impl Sessions {
     }
 }
 
-/// Any frequency that blocks of sixteen allow, summed for as long as possible; so phases are random too.
+/// Any frequency that blocks of sixteen allow, so phases are random too; the analyser goes through all its states.
 fn drive(random: &mut Random) -> Drive {
     Drive {
         increment: u64::from(random.next()) << 24 | 1,
         block: BlockSize::Sixteen,
-        settle_blocks: 0,
-        blocks: MAX_BLOCKS,
+        settle_blocks: BLOCKS_OF_A_STATE,
+        blocks: BLOCKS_OF_A_STATE,
     }
 }
