@@ -46,8 +46,17 @@ impl<'a> Bench<'a> {
         Ok(copy)
     }
 
-    /// Switches the board on, with these faults to come (see docs/virtual-bench.md), and lets it start.
+    /// Switches the board on, with these faults to come, and lets it start.
     pub fn on(&self, faults: &[Value]) -> anyhow::Result<Board> {
+        let process = self.start(faults)?;
+        let mut line = Line::open(process.address("link")?)?;
+        line.run(STARTED)?;
+        Ok(Board { line, process })
+    }
+
+    /// Switches the board on, with these faults to come (see docs/virtual-bench.md); its time stands still until somebody
+    /// connects.
+    pub fn start(&self, faults: &[Value]) -> anyhow::Result<Beside> {
         let timeline = self.folder.join("faults.jsonl");
         let lines: Vec<String> = faults.iter().map(|fault| format!("{fault}\n")).collect();
         std::fs::write(&timeline, lines.concat())?;
@@ -63,10 +72,12 @@ impl<'a> Bench<'a> {
         board.args(["--link", "lockstep:127.0.0.1:0"]);
         board.args(["--seed", &self.seed.get().to_string()]);
         self.seed.set(self.seed.get() + 1);
-        let process = Beside::start(board.stderr(log))?;
-        let mut line = Line::open(process.address("link")?)?;
-        line.run(STARTED)?;
-        Ok(Board { line, process })
+        Beside::start(board.stderr(log))
+    }
+
+    /// Where the board's files are.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// What the board and the virtual board said since it was last switched on.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`power_cut`] | the end of the power, at every flash operation of every change |
 //! | [`no_loss`] | changes of the coefficients while everything streams at 4 kHz |
-//! | [`counted`] | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted |
+//! | [`counted`] | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and [`captures`] must show the gaps |
 //! | [`hostile`] | everything on the line that no host would send, singly and in floods |
 //! | [`recovery`] | resets, hangs, jumps into nothing, stack overflows; and the [`soak`], an hour of all of it |
 //! | [`authority`] | changes without the right tag |
@@ -16,6 +16,7 @@
 
 mod authority;
 mod bench;
+mod captures;
 mod counted;
 mod gaps;
 mod hostile;
@@ -199,6 +200,10 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         trial(
             &["counted"],
             Box::new(move |parts| one(counted::inject(parts, seed, size.counts))),
+        ),
+        trial(
+            &["counted"],
+            Box::new(move |parts| one(captures::record(parts, seed, size.counts))),
         ),
         trial(
             &["no_loss"],
