@@ -157,15 +157,15 @@ impl Soak {
         self.compare(line)
     }
 
-    /// Asks how the board is; without an answer, which the line may have spoilt, the next look asks again.
+    /// Asks how the board is; without an answer, which the line may have spoilt, the next look asks again. What comes
+    /// with the answer may be newer than it, and is not looked at before the next.
     fn compare(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let Some(status) = ask(line)? else {
             return Ok(());
         };
         if born(line, &status) > self.born + SILENCE {
-            return self.restarted(line, &status);
+            return self.restarted(line);
         }
-        self.gaps.follow(line);
         let lost = status.scans_lost - self.lost;
         let unexplained = self.gaps.unexplained(lost, status.block.scans() as u64);
         let new = unexplained.saturating_sub(self.unexplained);
@@ -187,7 +187,7 @@ impl Soak {
             let status = ask(line)?;
             match status {
                 Some(status) if born(line, &status) > self.born + SILENCE => {
-                    return self.restarted(line, &status);
+                    return self.restarted(line);
                 }
                 _ if !line.blocks.is_empty() => return Ok(()),
                 _ => {}
@@ -202,11 +202,11 @@ impl Soak {
         self.live_on(line)
     }
 
-    fn restarted(&mut self, line: &mut Line, status: &Status) -> anyhow::Result<()> {
-        if matches!(
-            line.ask(&Request::ActiveSet),
-            Ok(Response::ActiveSet(Some(_)))
-        ) {
+    /// A board that has its set back must have sampled with it in time.
+    fn restarted(&mut self, line: &mut Line) -> anyhow::Result<()> {
+        line.run(Duration::from_millis(STARTED_MS))?;
+        let set = line.ask(&Request::ActiveSet);
+        if let (Ok(Response::ActiveSet(Some(_))), Some(status)) = (set, ask(line)?) {
             let soon = status.first_with_set_ms.is_some_and(|ms| ms <= STARTED_MS);
             self.outcome.check(soon, || {
                 format!(
