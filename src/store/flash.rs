@@ -48,8 +48,8 @@ pub enum ArchiveError<E> {
     /// The flash, or the storage format on it, failed.
     #[error("the flash failed: {0:?}")]
     Flash(Error<E>),
-    /// What was read back is not what was written.
-    #[error("the set reads back differently from what was written; the flash may be worn out")]
+    /// What was read back is not what was written, or what was erased is still there.
+    #[error("what is read back is not what was written or erased; the flash may be worn out")]
     ReadBack,
 }
 
@@ -161,16 +161,20 @@ impl<F: NorFlash> Archive<F> {
         self.store(slot, entry, encoded).await
     }
 
-    /// Erases all sets.
+    /// Erases all sets, and looks whether any is left.
     ///
     /// # Errors
-    /// [`ArchiveError::Flash`].
+    /// [`ArchiveError::Flash`], [`ArchiveError::ReadBack`].
     pub async fn erase(&mut self) -> Result<(), ArchiveError<F::Error>> {
         for slot in 0..2 {
             let mut map = self.map(slot)?;
             map.erase_all().await.map_err(ArchiveError::Flash)?;
         }
-        Ok(())
+        if self.history(0).await?.is_empty() {
+            Ok(())
+        } else {
+            Err(ArchiveError::ReadBack)
+        }
     }
 
     /// Writes a set and reads it back.

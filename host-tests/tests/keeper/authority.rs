@@ -1,11 +1,13 @@
 //! Nobody without the key changes anything, and nothing that was said once serves again.
 
+use embassy_futures::block_on;
 use hexsense::authority::{CHALLENGE_MS, LONGEST_WAIT_MS, tag};
 use hexsense::keeper::{Command, UPLOAD_MS};
 use hexsense::store::SetId;
+use hexsense::store::key::{KeyPages, StoredKey};
 use hexsense::wire::change::{Act, Change, Key};
 use hexsense::wire::{Refusal, Response};
-use host_tests::nor_flash::Nor;
+use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{BOARD, encoded, numbered};
 use proptest::prelude::*;
 
@@ -222,6 +224,23 @@ fn a_new_key_needs_the_old_one_and_replaces_it() {
     let mut custody = Custody::start(&mut nor);
     let rolled_back = custody.change(&OTHER_KEY, Act::Rollback(id(1)));
     assert!(matches!(rolled_back, Ok(Response::Committed(_))));
+}
+
+/// As a power cut leaves it that comes before the old key is erased.
+#[test]
+fn of_two_keys_the_newer_counts() {
+    let mut nor = Nor::new(2);
+    let stored = [KEY, OTHER_KEY].map(|key| StoredKey {
+        counter: if key == KEY { 1 } else { 7 },
+        unix_s: 0,
+        key,
+    });
+    block_on(KeyPages::new(&mut nor, 0).store(&stored[0])).unwrap();
+    let old = nor.bytes().to_vec();
+    block_on(KeyPages::new(&mut nor, 0).store(&stored[1])).unwrap();
+    nor.overwrite(0, &old[..PAGE]);
+    let found = block_on(KeyPages::new(&mut nor, 0).load()).unwrap();
+    assert_eq!(found.as_ref(), Some(&stored[1]));
 }
 
 #[test]

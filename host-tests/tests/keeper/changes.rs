@@ -1,7 +1,9 @@
 //! What each change does while the power lasts, and what is refused.
 
+use std::cell::RefCell;
+
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense::keeper::{Command, Keeper, LOG};
+use hexsense::keeper::{ARCHIVE, Command, Keeper, LOG};
 use hexsense::store::log::Reason;
 use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
 use hexsense::wire::change::Act;
@@ -9,6 +11,7 @@ use hexsense::wire::message::Chunk;
 use hexsense::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
+use hostile::custody::Shared;
 
 use crate::custody::{Custody, KEY, PAGES, id, upload_of};
 
@@ -287,4 +290,67 @@ fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_befor
     let mut custody = Custody::start(&mut nor);
     assert_eq!(made(&mut custody), (Some(numbered(2)), 3));
     custody.upload(3).unwrap();
+}
+
+#[test]
+fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody.upload(2).unwrap();
+    drop(custody);
+    nor.worn_out = ARCHIVE;
+    let mut custody = Custody::start(&mut nor);
+    let reset = custody.change(&KEY, Act::FactoryReset);
+    assert_eq!(reset, Err(Refusal::Erasure));
+    assert_eq!((custody.active(), custody.history()), (None, vec![]));
+    drop(custody);
+    let (mut custody, started) = Custody::try_start(&mut nor);
+    assert_eq!((started, custody.active()), (Err(Refusal::Erasure), None));
+    drop(custody);
+    nor.worn_out = 0..0;
+    assert_eq!(Custody::start(&mut nor).active(), None);
+    for number in 1..=2 {
+        let bytes = encoded(&numbered(number));
+        let mut places = nor.bytes().windows(bytes.len());
+        assert!(!places.any(|place| place == bytes), "set {number} is there");
+    }
+}
+
+#[test]
+fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost() {
+    let nor = RefCell::new(Nor::new(PAGES));
+    let (mut custody, _) = hostile::custody::Custody::start(Shared(&nor));
+    custody
+        .change(&KEY, Act::Provision(KEY))
+        .expect("it has no key");
+    custody.upload(&KEY, &encoded(&numbered(1))).unwrap();
+    nor.borrow_mut().worn_out = ARCHIVE;
+    let reset = custody.change(&KEY, Act::FactoryReset);
+    assert_eq!(reset, Err(Refusal::Erasure));
+    nor.borrow_mut().worn_out = 0..0;
+    custody.upload(&KEY, &encoded(&numbered(2))).unwrap();
+    drop(custody);
+    let mut nor = nor.into_inner();
+    spoil(&mut nor, 2);
+    let mut custody = Custody::start(&mut nor);
+    assert_eq!(custody.active(), None);
+    let log = custody.log();
+    let last = log.last().map(|entry| (entry.reason, entry.id));
+    assert_eq!(last, Some((Reason::Fallback, None)));
+}
+
+#[test]
+fn any_change_ends_an_upload_under_way() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody.upload(2).unwrap();
+    let bytes = encoded(&numbered(3));
+    custody.change(&KEY, upload_of(&bytes)).unwrap();
+    custody.roll_back(1).unwrap();
+    assert_eq!(custody.send(&bytes), Err(Refusal::NoUpload));
+    assert_eq!(custody.active(), Some(numbered(1)));
 }

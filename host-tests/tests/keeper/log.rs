@@ -69,3 +69,30 @@ fn appends_that_are_cut_again_and_again_spoil_only_their_own_places() {
         );
     }
 }
+
+/// A word that a power cut left half programmed may look erased and take nothing.
+#[test]
+fn up_to_eight_places_in_a_row_that_look_erased_and_take_nothing_are_passed_over() {
+    for spoilt in 1..=9 {
+        let mut nor = Nor::new(2);
+        let range = nor.range();
+        let mut end = End::default();
+        let mut append = |nor: &mut Nor, counter| {
+            block_on(Log::new(nor, range.clone()).append(&mut end, &uploaded(counter)))
+        };
+        append(&mut nor, 1).unwrap();
+        append(&mut nor, 2).unwrap();
+        nor.worn_out = (2 * ENTRY) as u32..((2 + spoilt) * ENTRY) as u32;
+        let third = append(&mut nor, 3);
+        if spoilt == 9 {
+            assert_eq!(third, Err(LogError::ReadBack));
+            continue;
+        }
+        third.unwrap();
+        append(&mut nor, 4).unwrap();
+        let mut log = Log::new(&mut nor, range.clone());
+        assert_eq!(block_on(log.end()).unwrap(), end, "{spoilt} places");
+        let all: heapless::Vec<_, 8> = block_on(log.entries(&end, 1)).unwrap();
+        assert!(all.iter().copied().eq((1..=4).map(uploaded)));
+    }
+}
