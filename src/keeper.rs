@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
-//! second ([`Keeper::start`]): no change is ever without its entry, and no entry without its change. The active set is
+//! second ([`Keeper::complete`]): no change is ever without its entry, and no entry without its change. The active set is
 //! the one that the last entry names.
 
 use core::ops::Range;
@@ -117,7 +117,7 @@ pub struct Keeper<F: NorFlash> {
 }
 
 impl<F: NorFlash> Keeper<F> {
-    /// A keeper of the flash of the board with this unique id; [`Self::start`] comes next.
+    /// A keeper of the flash of the board with this unique id; [`Self::load`] comes next.
     pub fn new(flash: F, board: [u8; 12]) -> Self {
         Self {
             flash,
@@ -131,43 +131,45 @@ impl<F: NorFlash> Keeper<F> {
         }
     }
 
-    /// Reads what is there, and completes what a loss of power interrupted.
+    /// Reads what is there and puts the active set to use: one that was uploaded and not logged any more, or the one that
+    /// the log names, or the newest when that cannot be read. [`Self::complete`] comes next.
     ///
     /// # Errors
-    /// [`Refusal::Flash`] when the flash cannot be read, [`Refusal::Log`] or [`Refusal::Erasure`] when something could
-    /// not be completed; what is active is active all the same.
-    pub async fn start(&mut self) -> Result<(), Refusal> {
+    /// [`Refusal::Flash`] when the flash cannot be read.
+    pub async fn load(&mut self) -> Result<(), Refusal> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
-        let mut history = self.archive()?.history(0).await.map_err(refusal)?;
-        let reset = self.end.reset;
-        let is_current = |stored: &Stored| stored.entry.counter > reset;
-        let is_outdated = history.first().is_some_and(|newest| !is_current(newest));
-        history.retain(is_current);
-        self.complete(&history).await?;
-        if is_outdated {
-            let erased = self.archive()?.erase().await;
-            erased.map_err(|_| Refusal::Erasure)?;
+        let (history, last) = (self.kept().await?, self.end.last_counter());
+        let newest = history.first();
+        if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > last) {
+            self.unlogged = Some(uploaded.entry);
+            return self.activate_kept(uploaded).await;
         }
-        Ok(())
+        let Some(id) = self.end.last.and_then(|last| last.id) else {
+            return Ok(());
+        };
+        let named = history.iter().find(|stored| stored.id == id);
+        if named.is_none() {
+            self.unlogged = Some(Entry {
+                previous: Some(id),
+                ..self.entry(Reason::Fallback, newest.map(|newest| newest.id), 0)
+            });
+        }
+        match named.or(newest) {
+            Some(stored) => self.activate_kept(stored).await,
+            None => Ok(()),
+        }
     }
 
-    /// Activates the set that is active by log and archive, and appends the entries that a loss of power prevented: of
-    /// an upload, and of a key. `history` has the sets that are not out of use.
-    async fn complete(&mut self, history: &History) -> Result<(), Refusal> {
-        let end = self.end;
-        match history.first() {
-            Some(uploaded) if uploaded.entry.counter > end.last_counter() => {
-                let content = self.read_set(uploaded).await?;
-                self.activate(uploaded, content);
-                self.follow_up(&uploaded.entry).await?;
-            }
-            newest => {
-                if let Some(id) = end.last.and_then(|last| last.id) {
-                    let named = history.iter().find(|stored| stored.id == id);
-                    self.find_active(id, named, newest).await?;
-                }
-            }
+    /// Completes what a loss of power interrupted: the log entries of an upload and of a key, and the erasure of sets
+    /// from before a factory reset.
+    ///
+    /// # Errors
+    /// [`Refusal::Log`] or [`Refusal::Erasure`] when something could not be completed, [`Refusal::Flash`] when the flash
+    /// cannot be read; what is active is active all the same.
+    pub async fn complete(&mut self) -> Result<(), Refusal> {
+        if let Some(entry) = self.unlogged {
+            self.follow_up(&entry).await?;
         }
         let key = self.key.as_ref();
         let missing = key.filter(|key| key.counter > self.end.last_counter());
@@ -175,28 +177,15 @@ impl<F: NorFlash> Keeper<F> {
             let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
             self.follow_up(&entry).await?;
         }
+        let newest = self.archive()?.history(0).await.map_err(refusal)?;
+        let newest = newest
+            .first()
+            .map_or(u32::MAX, |newest| newest.entry.counter);
+        if newest <= self.end.reset {
+            let erased = self.archive()?.erase().await;
+            erased.map_err(|_| Refusal::Erasure)?;
+        }
         Ok(())
-    }
-
-    /// Activates the set that the log names, or the newest if that cannot be read any more.
-    async fn find_active(
-        &mut self,
-        id: SetId,
-        named: Option<&Stored>,
-        newest: Option<&Stored>,
-    ) -> Result<(), Refusal> {
-        if let Some(stored) = named.or(newest) {
-            let content = self.read_set(stored).await?;
-            self.activate(stored, content);
-        }
-        if named.is_some() {
-            return Ok(());
-        }
-        let entry = Entry {
-            previous: Some(id),
-            ..self.entry(Reason::Fallback, newest.map(|newest| newest.id), 0)
-        };
-        self.follow_up(&entry).await
     }
 
     /// Whether there is a key.
@@ -452,6 +441,12 @@ impl<F: NorFlash> Keeper<F> {
         self.unlogged = Some(*entry);
         self.append(entry).await.map_err(|_| Refusal::Log)?;
         self.unlogged = None;
+        Ok(())
+    }
+
+    async fn activate_kept(&mut self, stored: &Stored) -> Result<(), Refusal> {
+        let content = self.read_set(stored).await?;
+        self.activate(stored, content);
         Ok(())
     }
 

@@ -32,11 +32,15 @@ pub async fn store(
 ) -> ! {
     let region = Flash::new(flash, Irqs).into_regions().bank2_region;
     let mut keeper = Keeper::new(region, board);
-    if keeper.start().await.is_err() {
+    let mut published = None;
+    let loaded = keeper.load().await;
+    publish(&keeper, &mut published, exchange);
+    if loaded.is_err() {
         defmt::error!("the keeper cannot read its flash");
+    } else if keeper.complete().await.is_err() {
+        defmt::error!("the keeper cannot complete a change");
     }
     let mut random = Rng::new(random, Irqs);
-    let mut published = None;
     loop {
         publish(&keeper, &mut published, exchange);
         exchange.alive.storage.signal(());

@@ -74,7 +74,10 @@ impl<F: NorFlash> Custody<F> {
     /// Starts a board with this flash, and says how the start went.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
         let mut keeper = Keeper::new(flash, BOARD);
-        let started = block_on(keeper.start());
+        let started = block_on(async {
+            keeper.load().await?;
+            keeper.complete().await
+        });
         let custody = Self {
             keeper,
             now_ms: 0,

@@ -122,7 +122,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
     custody.upload(1).unwrap();
     drop(custody);
     let mut elsewhere = Keeper::new(&mut nor, [8; 12]);
-    embassy_futures::block_on(elsewhere.start()).unwrap();
+    embassy_futures::block_on(elsewhere.load()).unwrap();
     assert!(elsewhere.active().is_none());
 }
 
