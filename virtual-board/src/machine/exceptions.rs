@@ -31,6 +31,9 @@ const BASIC_WORDS: usize = 8;
 const EXTENDED_WORDS: usize = 26;
 const FRAME_ALIGNED: u32 = 1 << 9;
 const FPCA: u32 = 1 << 2;
+/// What the emulator has beside FPCA while a floating-point context is active. Without it the next floating-point
+/// instruction begins a new context, with FPSCR as by default: a comparison that an interrupt came behind would be lost.
+const SFPA: u32 = 1 << 3;
 const SPSEL: u32 = 1 << 1;
 
 // Numbers by which the emulator names what it met.
@@ -114,7 +117,7 @@ impl Machine {
         self.set_register(RegisterARM::XPSR, flags | 0x0100_0000 | exception as u32);
         // In handler mode the main stack is in use, and no floating-point context is active.
         let control = self.register(RegisterARM::CONTROL);
-        self.set_register(RegisterARM::CONTROL, control & !FPCA);
+        self.set_register(RegisterARM::CONTROL, control & !(FPCA | SFPA));
         self.refresh_mode();
         let handler = self.word(vector).unwrap_or(0);
         if handler & 1 == 0 {
@@ -254,13 +257,13 @@ impl Machine {
             let stack = if process_stack { SPSEL } else { 0 };
             self.set_register(
                 RegisterARM::CONTROL,
-                privilege | stack | if fp_context { FPCA } else { 0 },
+                privilege | stack | if fp_context { FPCA | SFPA } else { 0 },
             );
         } else {
-            let control = self.register(RegisterARM::CONTROL) & !FPCA;
+            let control = self.register(RegisterARM::CONTROL) & !(FPCA | SFPA);
             self.set_register(
                 RegisterARM::CONTROL,
-                control | if fp_context { FPCA } else { 0 },
+                control | if fp_context { FPCA | SFPA } else { 0 },
             );
         }
         self.refresh_mode();

@@ -131,6 +131,28 @@ fn floating_point_registers_survive_an_interrupt() {
 }
 
 #[test]
+fn a_floating_point_comparison_survives_an_interrupt() {
+    // Handler: its own comparison, 0.0 with zero: equal.
+    let handler = Code::new()
+        .load(0, 0)
+        .raw(&[0xEE00, 0x0A10, 0xEEB5, 0x0A40])
+        .ret();
+    let main = Code::new()
+        .store(0xE000_ED88, 0xF << 20)
+        .enable(20, 0x40)
+        .load(0, 2.5_f32.to_bits())
+        .raw(&[0xEE00, 0x0A10]) // vmov s0, r0
+        .raw(&[0xEEB5, 0x0A40]) // vcmp.f32 s0, #0
+        .pend(20)
+        .raw(&[0xEEF1, 0x0A10]) // vmrs r0, fpscr
+        .save(0, 0)
+        .spin();
+    let mut chip = Chip::new(main, &[(36, handler)]);
+    chip.run(1e-3).unwrap();
+    assert_eq!(chip.result(0) >> 28, 0b0010, "greater: carry alone");
+}
+
+#[test]
 fn frames_are_aligned_to_eight_bytes() {
     // sub sp, #4; the handler saves its stack pointer; afterwards the old one is back.
     let handler = Code::new().raw(&[0x4668]).save(0, 0).ret();
