@@ -30,8 +30,8 @@ use crate::wire::{Refusal, Response};
 
 /// Page of the flash, bytes.
 const PAGE: u32 = 2_048;
-/// Where the sets are: eight pages of three sets each, so that 10,000 erasures of a page last for 200,000 uploads.
-pub const ARCHIVE: Range<u32> = 0..8 * PAGE;
+/// Where the sets are: eight pages, so that 10,000 erasures of a page last for 70,000 uploads.
+pub const ARCHIVE: u32 = 0;
 /// Where the two pages of the key begin.
 pub const KEY: u32 = 8 * PAGE;
 /// Where the log is: the rest of a bank of 128 pages, 6041 entries.
@@ -177,12 +177,12 @@ impl<F: NorFlash> Keeper<F> {
             let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
             self.follow_up(&entry).await?;
         }
-        let newest = self.archive()?.history(0).await.map_err(refusal)?;
+        let newest = self.archive().history(0).await.map_err(refusal)?;
         let newest = newest
             .first()
             .map_or(u32::MAX, |newest| newest.entry.counter);
         if newest <= self.end.reset {
-            let erased = self.archive()?.erase().await;
+            let erased = self.archive().erase().await;
             erased.map_err(|_| Refusal::Erasure)?;
         }
         Ok(())
@@ -266,7 +266,7 @@ impl<F: NorFlash> Keeper<F> {
     /// The sets since the last factory reset.
     async fn kept(&mut self) -> Result<History, Refusal> {
         let reset = self.end.reset;
-        self.archive()?.history(reset).await.map_err(refusal)
+        self.archive().history(reset).await.map_err(refusal)
     }
 
     async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
@@ -364,7 +364,7 @@ impl<F: NorFlash> Keeper<F> {
         let entry = self.entry(Reason::Upload, Some(id), unix_s);
         let slot = self.active.as_ref().map(|active| active.slot);
         let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
-        let mut archive = Archive::new(&mut self.flash, ARCHIVE).map_err(refusal)?;
+        let mut archive = Archive::new(&mut self.flash, ARCHIVE);
         let stored = archive.append(&entry, &upload.bytes, slot).await;
         let stored = stored.map_err(refusal)?;
         let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
@@ -397,7 +397,7 @@ impl<F: NorFlash> Keeper<F> {
         let entry = self.entry(Reason::FactoryReset, None, unix_s);
         self.append(&entry).await?;
         self.active = None;
-        let erased = self.archive()?.erase().await;
+        let erased = self.archive().erase().await;
         erased.map_err(|_| Refusal::Erasure)?;
         Ok(Response::Erased { sets })
     }
@@ -451,7 +451,7 @@ impl<F: NorFlash> Keeper<F> {
     }
 
     async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
-        let set = self.archive()?.read(stored.slot).await.map_err(refusal)?;
+        let set = self.archive().read(stored.slot).await.map_err(refusal)?;
         set.ok_or(Refusal::Flash)
     }
 
@@ -472,8 +472,8 @@ impl<F: NorFlash> Keeper<F> {
         self.active.as_ref().map(|active| active.set.id)
     }
 
-    fn archive(&mut self) -> Result<Archive<&mut F>, Refusal> {
-        Archive::new(&mut self.flash, ARCHIVE).map_err(|_| Refusal::Flash)
+    fn archive(&mut self) -> Archive<&mut F> {
+        Archive::new(&mut self.flash, ARCHIVE)
     }
 
     fn keys(&mut self) -> KeyPages<&mut F> {
@@ -488,6 +488,6 @@ impl<F: NorFlash> Keeper<F> {
 fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
-        ArchiveError::Range | ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
+        ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
     }
 }

@@ -67,7 +67,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    fn encode(&self) -> [u8; ENTRY] {
+    pub(super) fn encode(&self) -> [u8; ENTRY] {
         let mut bytes = [0; ENTRY];
         bytes[..4].copy_from_slice(&self.counter.to_le_bytes());
         bytes[4] = self.reason as u8;
@@ -80,7 +80,7 @@ impl Entry {
         bytes
     }
 
-    fn decode(bytes: &[u8; ENTRY]) -> Option<Self> {
+    pub(super) fn decode(bytes: &[u8; ENTRY]) -> Option<Self> {
         let (checked, rest) = bytes.split_at(CHECKED);
         let sum = checksum(checked).to_le_bytes();
         if rest.get(..4)? != sum {

@@ -28,7 +28,7 @@ pub enum Torn {
     /// A programmed word holds anything. Of a page, the start is erased, one word holds anything, the rest is as
     /// before.
     Garbage,
-    /// Each word of a page is as before, erased, or holds anything, or what looks like the start of a stored item.
+    /// Each word of a page is as before, erased, or holds anything.
     Patchwork,
 }
 
@@ -180,8 +180,7 @@ fn torn_bytes(before: &[u8], target: &[u8], torn: Torn, random: &mut ChaCha8Rng)
         .flat_map(|(index, (before, target))| {
             let anything: [u8; WORD] = random.random();
             let pick: [u8; WORD] = random.random();
-            let choice = random.random_range(0..4);
-            let item = item_header(random.random_range(0..PAGE as u16), anything);
+            let choice = random.random_range(0..3);
             (0..WORD).map(move |byte| match (torn, index.cmp(&edge), choice) {
                 (Torn::Nothing, _, _) => before[byte],
                 (Torn::Everything, _, _) => target[byte],
@@ -193,24 +192,10 @@ fn torn_bytes(before: &[u8], target: &[u8], torn: Torn, random: &mut ChaCha8Rng)
                 (Torn::Garbage, std::cmp::Ordering::Greater, _) => before[byte],
                 (Torn::Patchwork, _, 0) => before[byte],
                 (Torn::Patchwork, _, 1) => target[byte],
-                (Torn::Patchwork, _, 2) => anything[byte],
-                (Torn::Patchwork, _, _) => item[byte],
+                (Torn::Patchwork, _, _) => anything[byte],
             })
         })
         .collect()
-}
-
-/// What sequential-storage takes for the header of an item of this length: | anything u32 | length u16 | its CRC |.
-fn item_header(length: u16, mut anything: [u8; WORD]) -> [u8; WORD] {
-    let length = length.to_le_bytes();
-    let crc = !length.iter().fold(!0_u16, |crc, byte| {
-        (0..8).fold(crc ^ u16::from(*byte), |crc, _| {
-            (crc >> 1) ^ (0x1A2E * (crc & 1))
-        })
-    });
-    anything[4..6].copy_from_slice(&length);
-    anything[6..].copy_from_slice(&crc.to_le_bytes());
-    anything
 }
 
 impl ErrorType for Nor {

@@ -122,7 +122,7 @@ fn flash(input: &mut Input) {
                     ..entry(input)
                 };
                 let slot = input.byte() % 8;
-                let mut archive = Archive::new(Shared(&nor), ARCHIVE).expect("the range is right");
+                let mut archive = Archive::new(Shared(&nor), ARCHIVE);
                 let _ = block_on(archive.append(&entry, content, Some(slot)));
             }
             _ => {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense::keeper::{ARCHIVE, Command, Keeper, LOG};
+use hexsense::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
 use hexsense::store::log::Reason;
 use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
 use hexsense::wire::change::Act;
@@ -300,7 +300,7 @@ fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() 
     custody.upload(1).unwrap();
     custody.upload(2).unwrap();
     drop(custody);
-    nor.worn_out = ARCHIVE;
+    nor.worn_out = ARCHIVE..KEY_PAGES;
     let mut custody = Custody::start(&mut nor);
     let reset = custody.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
@@ -326,7 +326,7 @@ fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost
         .change(&KEY, Act::Provision(KEY))
         .expect("it has no key");
     custody.upload(&KEY, &encoded(&numbered(1))).unwrap();
-    nor.borrow_mut().worn_out = ARCHIVE;
+    nor.borrow_mut().worn_out = ARCHIVE..KEY_PAGES;
     let reset = custody.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
     nor.borrow_mut().worn_out = 0..0;
