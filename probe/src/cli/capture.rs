@@ -29,7 +29,7 @@ const BLOCK_WAIT: Duration = Duration::from_secs(2);
 /// The file has a row for each scan: its counter, the raw counts of all fifteen channels, the supply factor, the
 /// temperature, and with --values the nine values that the board calibrated. Scans that do not arrive are missing rows,
 /// and FILE.json lists them beside the rate, the board, and the set that was active. What the link cannot carry is
-/// refused: at 4000 Hz it carries counts in blocks of 8 scans or more and no values.
+/// refused: at 4000 Hz it carries counts and no values.
 ///
 /// While it grows, and when it breaks off, the recording is FILE.csv.part, readable like the complete one and on the disk
 /// up to the last second. Ctrl-C stops it there; the board goes on sampling. A board whose line was cut is waited for, and
