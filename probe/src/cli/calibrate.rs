@@ -86,7 +86,7 @@ impl Calibrate {
             );
         }
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
-        let board = self.record(&campaign, &begun, &runs)?;
+        let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
         let (recorded, analysis) = session::analyse(&campaign)?;
         let set = CoefficientSet {
@@ -114,9 +114,12 @@ impl Calibrate {
         campaign.note_results(&analysis.results)?;
         coefficient_file::save(&coefficients, &set)?;
         println!("written: {}", coefficients.display());
+        let port = &self.port.port;
+        if !has_key {
+            println!("next: hexsense provision --port {port}, for the board has no key yet");
+        }
         println!(
-            "next: hexsense upload --port {} {}",
-            self.port.port,
+            "next: hexsense upload --port {port} {}",
             campaign.folder.display()
         );
         Ok(())
@@ -137,17 +140,18 @@ impl Calibrate {
         }
     }
 
-    /// Records what is not recorded yet; unique id of the board.
+    /// Records what is not recorded yet; unique id of the board, and whether it has a key.
     fn record(
         &self,
         campaign: &Campaign,
         begun: &Begun,
         runs: &[&Run],
-    ) -> anyhow::Result<[u8; 12]> {
+    ) -> anyhow::Result<([u8; 12], bool)> {
         let interrupt = Interrupt::on_signals()?;
         let mut client = self.port.open()?;
         let identity = session::ready(&mut client, begun.rate_hz)?;
         let board = session::board_record(&client, &identity);
+        let has_key = client.status()?.provisioned;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.check_board(&board)?;
         campaign.write()?;
@@ -172,7 +176,7 @@ impl Calibrate {
             ),
         };
         runs::record_all(client, motion.as_mut(), &job)?;
-        Ok(identity.board)
+        Ok((identity.board, has_key))
     }
 }
 
