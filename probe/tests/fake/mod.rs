@@ -480,7 +480,8 @@ impl FakeBoard {
     /// Starts a keeper on what the flash has.
     fn load(&mut self) {
         self.keeper = Keeper::new(self.flash.clone(), self.uid);
-        block_on(self.keeper.start()).unwrap();
+        block_on(self.keeper.load()).unwrap();
+        block_on(self.keeper.complete()).unwrap();
         self.track();
     }
 
