@@ -89,7 +89,7 @@ impl<'a> Trial<'a> {
         );
         for act in self.acts()? {
             let request = self.keeper.tagged(&mut board.line, act)?;
-            self.refused(&mut board.line, &request, |refusal| {
+            self.outcome.refused(&mut board.line, &request, |refusal| {
                 refusal == Refusal::Unprovisioned
             })?;
         }
@@ -133,7 +133,7 @@ impl<'a> Trial<'a> {
                 if round == 2 {
                     board.line.ask(&Request::Challenge)?;
                 }
-                self.refused(&mut board.line, request, |_| true)?;
+                self.outcome.refused(&mut board.line, request, |_| true)?;
             }
         }
         self.unchanged(&mut board.line)
@@ -149,7 +149,7 @@ impl<'a> Trial<'a> {
             let bit = self.random.next() as usize % 256;
             tag[bit / 8] ^= 1 << (bit % 8);
         }
-        self.refused(&mut board.line, &request, |refusal| {
+        self.outcome.refused(&mut board.line, &request, |refusal| {
             refusal == Refusal::WrongTag
         })?;
         self.unchanged(&mut board.line)
@@ -166,7 +166,7 @@ impl<'a> Trial<'a> {
         {
             let mut board = self.bench.on(&[])?;
             let request = stranger.tagged(&mut board.line, act)?;
-            self.refused(&mut board.line, &request, |refusal| {
+            self.outcome.refused(&mut board.line, &request, |refusal| {
                 refusal == Refusal::WrongTag
             })?;
             self.unchanged(&mut board.line)?;
@@ -184,7 +184,8 @@ impl<'a> Trial<'a> {
             if let Request::Change { tag, .. } = &mut request {
                 tag[0] ^= 1;
             }
-            self.refused(line, &request, |refusal| refusal == Refusal::WrongTag)?;
+            self.outcome
+                .refused(line, &request, |refusal| refusal == Refusal::WrongTag)?;
             let right = self.keeper.tagged(line, change::Act::FactoryReset)?;
             let Response::Refused(Refusal::BackOff { ms }) = line.ask(&right)? else {
                 bail!("the board did not wait after a wrong tag");
@@ -207,13 +208,13 @@ impl<'a> Trial<'a> {
         let none = |refusal| refusal == Refusal::NoChallenge;
         let old = self.keeper.tagged(line, change::Act::FactoryReset)?;
         line.run(EXPIRED)?;
-        self.refused(line, &old, none)?;
-        self.refused(line, &old, none)?;
+        self.outcome.refused(line, &old, none)?;
+        self.outcome.refused(line, &old, none)?;
         let [upload, ..] = self.acts()?;
         let used = self.keeper.tagged(line, upload)?;
         line.order(&used)?;
         self.outcome.inject();
-        self.refused(line, &used, none)?;
+        self.outcome.refused(line, &used, none)?;
         self.unchanged(line)
     }
 
@@ -228,9 +229,10 @@ impl<'a> Trial<'a> {
         for piece in pieces(encoded) {
             line.order(&piece)?;
         }
-        self.refused(line, &Request::UploadCommit, |refusal| {
-            refusal == Refusal::OtherBoard
-        })?;
+        self.outcome
+            .refused(line, &Request::UploadCommit, |refusal| {
+                refusal == Refusal::OtherBoard
+            })?;
         self.unchanged(line)
     }
 
@@ -251,25 +253,12 @@ impl<'a> Trial<'a> {
                 }
                 line.order(&piece)?;
             }
-            self.refused(line, &Request::UploadCommit, |refusal| {
-                refusal == Refusal::WrongIdentity
-            })?;
+            self.outcome
+                .refused(line, &Request::UploadCommit, |refusal| {
+                    refusal == Refusal::WrongIdentity
+                })?;
         }
         self.unchanged(line)
-    }
-
-    /// Sends a request that must be refused for the right reason.
-    fn refused(
-        &mut self,
-        line: &mut Line,
-        request: &Request,
-        right: impl Fn(Refusal) -> bool,
-    ) -> anyhow::Result<()> {
-        self.outcome.inject();
-        match line.ask(request)? {
-            Response::Refused(refusal) if right(refusal) => Ok(()),
-            other => bail!("{request:?} was answered by {other:?}"),
-        }
     }
 
     fn unchanged(&mut self, line: &mut Line) -> anyhow::Result<()> {

@@ -1,6 +1,10 @@
 //! What came of a promise: how often a fault was injected, and what was lost over it.
 
+use anyhow::bail;
+use hexsense::wire::{Refusal, Request, Response};
 use serde_json::{Map, Value, json};
+
+use super::line::Line;
 
 /// Violations that are told in words; the others are only counted.
 const TOLD: usize = 5;
@@ -37,6 +41,20 @@ impl Outcome {
     /// So many faults were injected.
     pub fn inject_many(&mut self, count: u64) {
         self.injected += count;
+    }
+
+    /// Injects a request that must be refused for the right reason.
+    pub fn refused(
+        &mut self,
+        line: &mut Line,
+        request: &Request,
+        right: impl Fn(Refusal) -> bool,
+    ) -> anyhow::Result<()> {
+        self.inject();
+        match line.ask(request)? {
+            Response::Refused(refusal) if right(refusal) => Ok(()),
+            other => bail!("{request:?} was answered by {other:?}"),
+        }
     }
 
     /// Counts a loss unless the promise `held`; `what` says what should have been.

@@ -10,11 +10,11 @@ mod impossible;
 
 use std::time::Duration;
 
-use anyhow::{bail, ensure};
+use anyhow::ensure;
 use hexsense::store::{CoefficientSet, MAX_ENCODED};
 use hexsense::wire::change;
 use hexsense::wire::message::encode_request;
-use hexsense::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, Response, StreamContent};
+use hexsense::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
 use super::bench::Bench;
@@ -95,7 +95,7 @@ impl Attack {
     /// Requests whose values are impossible.
     fn requests(&mut self, line: &mut Line) -> anyhow::Result<()> {
         for (request, right) in impossible::requests() {
-            self.refused(line, &request, right)?;
+            self.outcome.refused(line, &request, right)?;
         }
         self.unharmed(line)
     }
@@ -109,18 +109,19 @@ impl Attack {
             let request = self
                 .keeper
                 .tagged(line, change::Act::Upload { length, digest })?;
-            self.refused(line, &request, |refusal| {
+            self.outcome.refused(line, &request, |refusal| {
                 matches!(refusal, Refusal::Length { .. })
             })?;
         }
         let out_of_order = |refusal| matches!(refusal, Refusal::OutOfOrder { .. });
         let all: Vec<Request> = pieces(&encoded).collect();
         self.keeper.begin(line, &encoded)?;
-        self.refused(line, &all[1], out_of_order)?;
+        self.outcome.refused(line, &all[1], out_of_order)?;
         line.order(&all[0])?;
-        self.refused(line, &all[0], out_of_order)?;
-        self.refused(line, &all[2], out_of_order)?;
-        self.refused(line, &Request::UploadCommit, out_of_order)?;
+        self.outcome.refused(line, &all[0], out_of_order)?;
+        self.outcome.refused(line, &all[2], out_of_order)?;
+        self.outcome
+            .refused(line, &Request::UploadCommit, out_of_order)?;
         for spoil in impossible::spoilt_sets() {
             let mut set = good.clone();
             spoil(&mut set);
@@ -144,7 +145,7 @@ impl Attack {
         for piece in pieces(encoded) {
             line.order(&piece)?;
         }
-        self.refused(line, &Request::UploadCommit, right)
+        self.outcome.refused(line, &Request::UploadCommit, right)
     }
 
     /// Frames that are no requests: of every length a good one is cut to, doubled, of every kind, of unknown payload.
@@ -217,19 +218,6 @@ impl Attack {
         }
         bytes.truncate(CHUNK_BYTES);
         Ok(bytes)
-    }
-
-    fn refused(
-        &mut self,
-        line: &mut Line,
-        request: &Request,
-        right: impl Fn(Refusal) -> bool,
-    ) -> anyhow::Result<()> {
-        self.outcome.inject();
-        match line.ask(request)? {
-            Response::Refused(refusal) if right(refusal) => Ok(()),
-            other => bail!("{request:?} was answered by {other:?}"),
-        }
     }
 
     /// The next good request works.
