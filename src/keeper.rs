@@ -110,6 +110,8 @@ pub struct Keeper<F: NorFlash> {
     end: End,
     /// Entry of a change that was made and not logged, because the flash failed.
     unlogged: Option<Entry>,
+    /// Whether the archive holds sets from before the last factory reset, and no other.
+    is_outdated: bool,
     key: Option<StoredKey>,
     active: Option<Active>,
     authority: Authority,
@@ -124,6 +126,7 @@ impl<F: NorFlash> Keeper<F> {
             board,
             end: End::default(),
             unlogged: None,
+            is_outdated: false,
             key: None,
             active: None,
             authority: Authority::default(),
@@ -139,7 +142,11 @@ impl<F: NorFlash> Keeper<F> {
     pub async fn load(&mut self) -> Result<(), Refusal> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
-        let (history, last) = (self.kept().await?, self.end.last_counter());
+        let (reset, last) = (self.end.reset, self.end.last_counter());
+        let mut history = self.archive().history(0).await.map_err(refusal)?;
+        let is_current = |stored: &Stored| stored.entry.counter > reset;
+        self.is_outdated = history.first().is_some_and(|newest| !is_current(newest));
+        history.retain(is_current);
         let newest = history.first();
         if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > last) {
             self.unlogged = Some(uploaded.entry);
@@ -165,8 +172,8 @@ impl<F: NorFlash> Keeper<F> {
     /// from before a factory reset.
     ///
     /// # Errors
-    /// [`Refusal::Log`] or [`Refusal::Erasure`] when something could not be completed, [`Refusal::Flash`] when the flash
-    /// cannot be read; what is active is active all the same.
+    /// [`Refusal::Log`] or [`Refusal::Erasure`] when something could not be completed; what is active is active all the
+    /// same.
     pub async fn complete(&mut self) -> Result<(), Refusal> {
         if let Some(entry) = self.unlogged {
             self.follow_up(&entry).await?;
@@ -177,11 +184,7 @@ impl<F: NorFlash> Keeper<F> {
             let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
             self.follow_up(&entry).await?;
         }
-        let newest = self.archive().history(0).await.map_err(refusal)?;
-        let newest = newest
-            .first()
-            .map_or(u32::MAX, |newest| newest.entry.counter);
-        if newest <= self.end.reset {
+        if self.is_outdated {
             let erased = self.archive().erase().await;
             erased.map_err(|_| Refusal::Erasure)?;
         }
