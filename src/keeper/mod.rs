@@ -1,0 +1,252 @@
+//! The keeper of the coefficients: what is in flash, who may change it, and the log of changes.
+//!
+//! Everything about coefficients that a host asks for is answered here, on any flash; the board's storage task only
+//! adds the chip. Nothing but this module changes the flash:
+//!
+//! ```text
+//! change, tag ──▶ authority ──▶ upload: pieces → commit ─┐
+//!                               │                        └─▶ archive (set and log entry in one) ──▶ log
+//!                               rollback ──────────────────▶ log
+//!                               factory reset ─────────────▶ log ──▶ archive erased
+//!                               provision ─────────────────▶ key ──▶ log
+//! ```
+//!
+//! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
+//! second ([`Keeper::complete`]): no change is ever without its entry, and no entry without its change. The active set is
+//! the one that the last entry names.
+//!
+//! What is done at a start, an upload and the changes have files of their own.
+
+mod changes;
+mod start;
+mod upload;
+
+use core::ops::Range;
+
+use embedded_storage_async::nor_flash::NorFlash;
+
+use self::upload::Upload;
+use crate::authority::Authority;
+use crate::store::key::{KeyPages, StoredKey};
+use crate::store::log::{End, Entry, Log, Reason};
+use crate::store::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
+use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
+use crate::wire::{Refusal, Response};
+
+/// Page of the flash, bytes.
+const PAGE: u32 = 2_048;
+/// Where the sets are: eight pages, so that 10,000 erasures of a page last for 70,000 uploads.
+pub const ARCHIVE: u32 = 0;
+/// Where the two pages of the key begin.
+pub const KEY: u32 = 8 * PAGE;
+/// Where the log is: the rest of a bank of 128 pages, 6041 entries.
+pub const LOG: Range<u32> = 10 * PAGE..128 * PAGE;
+/// How long an upload may take from its tag to its commit, ms.
+pub const UPLOAD_MS: u64 = 60_000;
+
+/// What a host may ask about coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Command {
+    /// Which set is active?
+    ActiveSet,
+    /// Bytes of the active set from this offset on.
+    Read(u16),
+    /// The set so many places older than the newest.
+    History(u8),
+    /// Entries of the log from this counter on.
+    Log(u32),
+    /// A challenge.
+    Challenge,
+    /// A change, with its tag.
+    Change(Change, Tag),
+    /// The next piece of an upload, and where it belongs.
+    Chunk(u16, Chunk),
+    /// Check, store, read back, activate.
+    Commit,
+    /// Forget the upload.
+    Abort,
+}
+
+/// The active set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Active {
+    /// Which it is.
+    pub set: ActiveSet,
+    /// What is in it.
+    pub content: CoefficientSet,
+    slot: u8,
+}
+
+/// The keeper; owns the flash.
+pub struct Keeper<F: NorFlash> {
+    flash: F,
+    board: [u8; 12],
+    end: End,
+    /// Entry of a change that was made and not logged, because the flash failed.
+    unlogged: Option<Entry>,
+    /// Whether the archive holds sets from before the last factory reset, and no other.
+    is_outdated: bool,
+    key: Option<StoredKey>,
+    active: Option<Active>,
+    authority: Authority,
+    upload: Option<Upload>,
+}
+
+impl<F: NorFlash> Keeper<F> {
+    /// A keeper of the flash of the board with this unique id; [`Self::load`] comes next.
+    pub fn new(flash: F, board: [u8; 12]) -> Self {
+        Self {
+            flash,
+            board,
+            end: End::default(),
+            unlogged: None,
+            is_outdated: false,
+            key: None,
+            active: None,
+            authority: Authority::default(),
+            upload: None,
+        }
+    }
+
+    /// Whether there is a key.
+    #[must_use]
+    pub fn is_provisioned(&self) -> bool {
+        self.key.is_some()
+    }
+
+    /// The active set.
+    #[must_use]
+    pub fn active(&self) -> Option<&Active> {
+        self.active.as_ref()
+    }
+
+    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge, and says whether it could.
+    ///
+    /// # Errors
+    /// A [`Refusal`], which says what is wrong.
+    pub async fn carry_out(
+        &mut self,
+        command: Command,
+        now_ms: u64,
+        random: impl AsyncFnOnce(&mut Challenge) -> bool,
+    ) -> Result<Response, Refusal> {
+        match command {
+            Command::ActiveSet => Ok(Response::ActiveSet(
+                self.active.as_ref().map(|active| active.set),
+            )),
+            Command::Read(offset) => self.read(offset),
+            Command::History(age) => self.history(age).await,
+            Command::Log(counter) => self.entries(counter).await,
+            Command::Challenge => {
+                let mut challenge = [0; 16];
+                if !random(&mut challenge).await {
+                    return Err(Refusal::Random);
+                }
+                self.authority.open(challenge, now_ms);
+                Ok(Response::Challenge(challenge))
+            }
+            Command::Change(change, tag) => self.change(&change, &tag, now_ms).await,
+            Command::Chunk(offset, bytes) => self.chunk(offset, &bytes, now_ms),
+            Command::Commit => self.commit(now_ms).await,
+            Command::Abort => {
+                self.upload = None;
+                Ok(Response::Done)
+            }
+        }
+    }
+
+    fn read(&self, offset: u16) -> Result<Response, Refusal> {
+        let active = self.active.as_ref().ok_or(Refusal::NoSet)?;
+        let mut buffer = [0; MAX_ENCODED];
+        let encoded = active
+            .content
+            .encode(&mut buffer)
+            .map_err(Refusal::Record)?;
+        let rest = encoded.get(usize::from(offset)..).ok_or(Refusal::Offset {
+            offset,
+            length: active.set.length,
+        })?;
+        let bytes = rest.iter().copied().take(CHUNK).collect();
+        Ok(Response::SetBytes { offset, bytes })
+    }
+
+    async fn history(&mut self, age: u8) -> Result<Response, Refusal> {
+        let history = self.kept().await?;
+        Ok(Response::Kept(history.get(usize::from(age)).map(
+            |stored| Kept {
+                sequence: stored.entry.counter,
+                id: stored.id,
+                length: stored.length,
+                made_unix_s: stored.made_unix_s,
+                uploaded_unix_s: stored.entry.unix_s,
+            },
+        )))
+    }
+
+    /// The sets since the last factory reset.
+    async fn kept(&mut self) -> Result<History, Refusal> {
+        let reset = self.end.reset;
+        self.archive().history(reset).await.map_err(refusal)
+    }
+
+    async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
+        let end = self.end;
+        let entries = self.log().entries(&end, counter).await;
+        Ok(Response::Log {
+            last: end.last_counter(),
+            entries: entries.map_err(|_| Refusal::Flash)?,
+        })
+    }
+
+    fn entry(&self, reason: Reason, id: Option<SetId>, unix_s: u64) -> Entry {
+        Entry {
+            counter: self.end.next_counter(),
+            reason,
+            unix_s,
+            id,
+            previous: self.active_id(),
+        }
+    }
+
+    async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
+        let set = self.archive().read(stored.slot).await.map_err(refusal)?;
+        set.ok_or(Refusal::Flash)
+    }
+
+    /// Puts a stored set to use; one of another board, whose flash came here, is not.
+    fn activate(&mut self, stored: &Stored, content: CoefficientSet) {
+        self.active = (content.board == self.board).then_some(Active {
+            set: ActiveSet {
+                id: stored.id,
+                sequence: stored.entry.counter,
+                length: stored.length,
+            },
+            content,
+            slot: stored.slot,
+        });
+    }
+
+    fn active_id(&self) -> Option<SetId> {
+        self.active.as_ref().map(|active| active.set.id)
+    }
+
+    fn archive(&mut self) -> Archive<&mut F> {
+        Archive::new(&mut self.flash, ARCHIVE)
+    }
+
+    fn keys(&mut self) -> KeyPages<&mut F> {
+        KeyPages::new(&mut self.flash, KEY)
+    }
+
+    fn log(&mut self) -> Log<&mut F> {
+        Log::new(&mut self.flash, LOG)
+    }
+}
+
+fn refusal<E>(error: ArchiveError<E>) -> Refusal {
+    match error {
+        ArchiveError::Record(error) => Refusal::Record(error),
+        ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
+    }
+}

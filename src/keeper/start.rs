@@ -1,0 +1,73 @@
+//! The start: what is active, and what a loss of power left to be done.
+
+use embedded_storage_async::nor_flash::NorFlash;
+
+use super::{Keeper, refusal};
+use crate::store::Stored;
+use crate::store::log::{Entry, Reason};
+use crate::wire::Refusal;
+
+impl<F: NorFlash> Keeper<F> {
+    /// Reads what is there and puts the active set to use: one that was uploaded and not logged any more, or the one that
+    /// the log names, or the newest when that cannot be read. [`Self::complete`] comes next.
+    ///
+    /// # Errors
+    /// [`Refusal::Flash`] when the flash cannot be read.
+    pub async fn load(&mut self) -> Result<(), Refusal> {
+        self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
+        self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
+        let (reset, last) = (self.end.reset, self.end.last_counter());
+        let mut history = self.archive().history(0).await.map_err(refusal)?;
+        let is_current = |stored: &Stored| stored.entry.counter > reset;
+        self.is_outdated = history.first().is_some_and(|newest| !is_current(newest));
+        history.retain(is_current);
+        let newest = history.first();
+        if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > last) {
+            self.unlogged = Some(uploaded.entry);
+            return self.activate_kept(uploaded).await;
+        }
+        let Some(id) = self.end.last.and_then(|last| last.id) else {
+            return Ok(());
+        };
+        let named = history.iter().find(|stored| stored.id == id);
+        if named.is_none() {
+            self.unlogged = Some(Entry {
+                previous: Some(id),
+                ..self.entry(Reason::Fallback, newest.map(|newest| newest.id), 0)
+            });
+        }
+        match named.or(newest) {
+            Some(stored) => self.activate_kept(stored).await,
+            None => Ok(()),
+        }
+    }
+
+    /// Completes what a loss of power interrupted: the log entries of an upload and of a key, and the erasure of sets
+    /// from before a factory reset.
+    ///
+    /// # Errors
+    /// [`Refusal::Log`] or [`Refusal::Erasure`] when something could not be completed; what is active is active all the
+    /// same.
+    pub async fn complete(&mut self) -> Result<(), Refusal> {
+        if let Some(entry) = self.unlogged {
+            self.follow_up(&entry).await?;
+        }
+        let key = self.key.as_ref();
+        let missing = key.filter(|key| key.counter > self.end.last_counter());
+        if let Some(unix_s) = missing.map(|key| key.unix_s) {
+            let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
+            self.follow_up(&entry).await?;
+        }
+        if self.is_outdated {
+            let erased = self.archive().erase().await;
+            erased.map_err(|_| Refusal::Erasure)?;
+        }
+        Ok(())
+    }
+
+    async fn activate_kept(&mut self, stored: &Stored) -> Result<(), Refusal> {
+        let content = self.read_set(stored).await?;
+        self.activate(stored, content);
+        Ok(())
+    }
+}

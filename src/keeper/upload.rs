@@ -1,0 +1,113 @@
+//! An upload, from the change that announces it to the set that is active: announced length and digest, pieces in order,
+//! a commit, all within [`UPLOAD_MS`].
+
+use embedded_storage_async::nor_flash::NorFlash;
+use sha2::{Digest, Sha256};
+
+use super::{ARCHIVE, Keeper, UPLOAD_MS, refusal};
+use crate::store::log::Reason;
+use crate::store::{Archive, CoefficientSet, MAX_ENCODED};
+use crate::wire::{Refusal, Response};
+
+type Encoded = heapless::Vec<u8, MAX_ENCODED>;
+
+/// An upload under way.
+#[derive(Debug)]
+pub(super) struct Upload {
+    length: u16,
+    digest: [u8; 32],
+    unix_s: u64,
+    begun_ms: u64,
+    bytes: Encoded,
+}
+
+impl Upload {
+    /// Whether it is what was announced, a set, and for this board.
+    fn check(&self, board: &[u8; 12]) -> Result<(), Refusal> {
+        let expected = self.bytes.len() as u16;
+        if expected != self.length {
+            return Err(Refusal::OutOfOrder { expected });
+        }
+        if Sha256::digest(&self.bytes)[..] != self.digest {
+            return Err(Refusal::WrongIdentity);
+        }
+        let set = CoefficientSet::decode(&self.bytes).map_err(Refusal::Record)?;
+        if set.board == *board {
+            Ok(())
+        } else {
+            Err(Refusal::OtherBoard)
+        }
+    }
+}
+
+impl<F: NorFlash> Keeper<F> {
+    pub(super) fn begin(
+        &mut self,
+        length: u16,
+        digest: [u8; 32],
+        unix_s: u64,
+        begun_ms: u64,
+    ) -> Result<Response, Refusal> {
+        if length == 0 || usize::from(length) > MAX_ENCODED {
+            let limit = MAX_ENCODED as u16;
+            return Err(Refusal::Length { length, limit });
+        }
+        self.upload = Some(Upload {
+            length,
+            digest,
+            unix_s,
+            begun_ms,
+            bytes: Encoded::new(),
+        });
+        Ok(Response::Done)
+    }
+
+    /// The upload under way, as long as its unlock lasts.
+    fn upload(&mut self, now_ms: u64) -> Result<&mut Upload, Refusal> {
+        let is_over = |upload: &mut Upload| now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS;
+        if self.upload.take_if(is_over).is_some() {
+            return Err(Refusal::Expired);
+        }
+        self.upload.as_mut().ok_or(Refusal::NoUpload)
+    }
+
+    pub(super) fn chunk(
+        &mut self,
+        offset: u16,
+        bytes: &[u8],
+        now_ms: u64,
+    ) -> Result<Response, Refusal> {
+        let upload = self.upload(now_ms)?;
+        let expected = upload.bytes.len() as u16;
+        let fits = upload.bytes.len() + bytes.len() <= usize::from(upload.length);
+        if offset == expected && fits && upload.bytes.extend_from_slice(bytes).is_ok() {
+            Ok(Response::Done)
+        } else {
+            Err(Refusal::OutOfOrder { expected })
+        }
+    }
+
+    pub(super) async fn commit(&mut self, now_ms: u64) -> Result<Response, Refusal> {
+        let committed = self.store(now_ms).await;
+        self.upload = None;
+        committed
+    }
+
+    /// Makes the uploaded set the newest in the archive and the active one.
+    async fn store(&mut self, now_ms: u64) -> Result<Response, Refusal> {
+        let board = self.board;
+        let upload = self.upload(now_ms)?;
+        upload.check(&board)?;
+        let (id, unix_s) = (CoefficientSet::id_of(&upload.bytes), upload.unix_s);
+        let entry = self.entry(Reason::Upload, Some(id), unix_s);
+        let slot = self.active.as_ref().map(|active| active.slot);
+        let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
+        let mut archive = Archive::new(&mut self.flash, ARCHIVE);
+        let stored = archive.append(&entry, &upload.bytes, slot).await;
+        let stored = stored.map_err(refusal)?;
+        let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
+        self.activate(&stored, content);
+        self.follow_up(&entry).await?;
+        self.committed()
+    }
+}
