@@ -16,10 +16,10 @@ use hexsense::keeper;
 use hexsense::live_pose::JackBlock;
 use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
 use hexsense::wire::frame::{self, Closed};
-use hexsense::wire::message::{self, Refusal, Request, Response, StreamContent};
+use hexsense::wire::message::{self, Request, Response, StreamContent};
 use hexsense::wire::status::{Events, Status};
 use hexsense::wire::telemetry::Header;
-use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, pose, telemetry};
+use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, Refusal, pose, telemetry};
 
 use super::clock::Source;
 use super::exchange::{Active, Exchange, Guard};

@@ -11,7 +11,8 @@ use hexsense::channel::{CHANNELS, INERTIAL, JACKS};
 use hexsense::harmonics::{ChannelSums, Drive, Harmonics, Replay, Solver};
 use hexsense::live_motion::Motion;
 use hexsense::live_pose::Tracker;
-use hexsense::wire::message::{Fit, Refusal};
+use hexsense::wire::Refusal;
+use hexsense::wire::message::Fit;
 use hexsense::wire::{HarmonicState, PoseRefusal, Response};
 
 use super::exchange::{Exchange, Guard};

@@ -2,16 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::harmonics::{
-    ChannelSums, Drive, DriveError, HARMONICS, Harmonic, Harmonics, Uncertainty,
-};
+use crate::harmonics::{ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty};
 use crate::live_motion::Motion;
 use crate::sampling::BlockSize;
+use crate::store::SetId;
 use crate::store::log::Entry;
-use crate::store::{RecordError, SetId};
 use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 use crate::wire::pose::PoseRefusal;
+use crate::wire::refusal::Refusal;
 use crate::wire::status::{ResetCause, Status};
 
 /// Bytes of a coefficient set that travel in one message.
@@ -279,178 +278,6 @@ pub struct Identity {
     pub hardware: heapless::String<32>,
     /// Why the board last started.
     pub reset: ResetCause,
-}
-
-/// Why a request was refused. Each says what to do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum Refusal {
-    /// The request does not decode.
-    #[error(
-        "the board could not read the request; host and firmware are of different builds: update one of them"
-    )]
-    Malformed,
-    /// Not a rate the board offers.
-    #[error("the board cannot scan at {hz} Hz; choose 1000, 2000 or 4000")]
-    Rate {
-        /// As asked.
-        hz: u32,
-    },
-    /// The link cannot carry this much.
-    #[error(
-        "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content or a lower rate"
-    )]
-    LinkCapacity {
-        /// What the stream would need.
-        bits_per_s: u32,
-        /// What the line carries.
-        limit: u32,
-    },
-    /// The board runs on its internal oscillator.
-    #[error(
-        "the board runs without its crystal, about 1 % off in time; fit or connect the 24 MHz crystal to calibrate"
-    )]
-    NoCrystal,
-    /// The drive is out of range.
-    #[error("{0}")]
-    Drive(DriveError),
-    /// The drive was made for another block than the board takes now.
-    #[error(
-        "the drive is made for blocks of {drive} scans, and the board takes {board} at a time; set the block first"
-    )]
-    OtherBlock {
-        /// Scans of the drive's blocks.
-        drive: u8,
-        /// Scans of the board's.
-        board: u8,
-    },
-    /// No such analyser.
-    #[error("there is no analyser {analyser}; analysers are 0 to 2")]
-    Analyser {
-        /// As asked.
-        analyser: u8,
-    },
-    /// No such channel.
-    #[error("there is no channel {channel}; channels are 0 to 14")]
-    Channel {
-        /// As asked.
-        channel: u8,
-    },
-    /// There is no active set.
-    #[error("the board has no coefficients; calibrate and upload a set first")]
-    NoSet,
-    /// A read beyond the end of the set.
-    #[error("offset {offset} is beyond the end of the set ({length} bytes)")]
-    Offset {
-        /// As asked.
-        offset: u16,
-        /// Length of the set.
-        length: u16,
-    },
-    /// A chunk or commit without a begin.
-    #[error("no upload is under way; begin again")]
-    NoUpload,
-    /// The announced length is not that of any set.
-    #[error(
-        "a set of {length} bytes is not possible (1 to {limit}); the coefficient file is not one"
-    )]
-    Length {
-        /// As announced.
-        length: u16,
-        /// Longest set.
-        limit: u16,
-    },
-    /// A chunk at the wrong place.
-    #[error("the upload expected offset {expected}; begin again")]
-    OutOfOrder {
-        /// Where the next chunk must start.
-        expected: u16,
-    },
-    /// The set that arrived is not the one announced.
-    #[error("the set that arrived is not the one announced; begin again")]
-    WrongIdentity,
-    /// The set that arrived is not usable.
-    #[error("the set is not usable: {0}")]
-    Record(RecordError),
-    /// The set was made for another board.
-    #[error("the set was made for another board; calibrate this one")]
-    OtherBoard,
-    /// The flash failed; the old set is still active.
-    #[error(
-        "the board's flash failed; the old set is still active; try again, and replace the board if it happens twice"
-    )]
-    Flash,
-    /// A change on a board that has no key.
-    #[error("the board has no key and takes no changes; give it one with `hexsense provision`")]
-    Unprovisioned,
-    /// A tag without a challenge that it answers.
-    #[error("no challenge is open: each serves for one change within ten seconds; ask for another")]
-    NoChallenge,
-    /// The tag does not fit.
-    #[error(
-        "the key is not that of this board; nothing has changed. Use the key file it was provisioned with"
-    )]
-    WrongTag,
-    /// A change too soon after a wrong tag.
-    #[error(
-        "after a wrong key the board takes no change for another {ms} ms; wait, then use the right key file"
-    )]
-    BackOff {
-        /// How long still, ms.
-        ms: u32,
-    },
-    /// The upload took longer than its unlock lasts.
-    #[error("the upload took longer than a minute, and its unlock has expired; begin again")]
-    Expired,
-    /// No kept set has this identity.
-    #[error("the board keeps no set of this identity; see those it keeps with `hexsense history`")]
-    NoSuchSet,
-    /// A rollback to the set that is active.
-    #[error("this set is the active one already")]
-    AlreadyActive,
-    /// No place is left in the log.
-    #[error(
-        "the log of changes is full, and a change that could not be logged is not made; save the log and replace the board"
-    )]
-    LogFull,
-    /// The change was made and its entry in the log was not.
-    #[error(
-        "the change was made, but the flash did not take its log entry, which is tried again at the next start; replace the board if that fails too"
-    )]
-    Log,
-    /// The sets are out of use and could not be erased.
-    #[error(
-        "no set is active any more, but the flash could not be erased, which is tried again at the next start; replace the board if that fails too"
-    )]
-    Erasure,
-    /// The chip's generator of random numbers failed.
-    #[error(
-        "the chip's random numbers failed their test, so that no challenge can be made; try again, and replace the board if it happens twice"
-    )]
-    Random,
-    /// Something that needs time is under way.
-    #[error("the board is busy with an earlier request; ask again")]
-    Busy,
-    /// The sums of an analyser are not complete.
-    #[error(
-        "the sums of analyser {analyser} are not complete; set a drive, and ask when the analyser is complete"
-    )]
-    Incomplete {
-        /// As asked.
-        analyser: u8,
-    },
-    /// The window does not determine offset, drift and five harmonics.
-    #[error(
-        "{blocks} blocks do not determine twelve unknowns at this frequency; sum over a whole period and more than twelve blocks"
-    )]
-    Undetermined {
-        /// Blocks of the drive.
-        blocks: u32,
-    },
-    /// An earlier change still waits for its entry in the log; this one was not made.
-    #[error(
-        "nothing was changed: the flash does not take the log entry of an earlier change; start the board anew, and replace it if that does not help"
-    )]
-    EarlierLog,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

@@ -23,13 +23,15 @@ pub mod frame;
 pub mod hello;
 pub mod message;
 pub mod pose;
+pub mod refusal;
 pub mod status;
 pub mod telemetry;
 
 pub use crate::harmonics::Drive;
 pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
-pub use message::{HarmonicState, Identity, Refusal, Request, Response, StreamContent};
+pub use message::{HarmonicState, Identity, Request, Response, StreamContent};
 pub use pose::{BoardPose, PoseRefusal, PoseReport};
+pub use refusal::Refusal;
 pub use status::Status;
 
 /// Version of everything on the wire but hello and greeting.
