@@ -10,28 +10,26 @@ use core::sync::atomic::Ordering;
 use embassy_sync::channel::Channel;
 use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
-use hexsense::channel::{CHANNELS, JACKS};
+use hexsense::channel::CHANNELS;
 use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums};
 use hexsense::keeper;
-use hexsense::live_pose::JackBlock;
-use hexsense::sampling::{BlockSize, RATES_HZ, add_up};
+use hexsense::sampling::{BlockSize, RATES_HZ};
 use hexsense::wire::frame::{self, Closed};
 use hexsense::wire::message::{self, Request, Response, StreamContent};
 use hexsense::wire::status::{Events, Status};
-use hexsense::wire::telemetry::Header;
-use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, Refusal, pose, telemetry};
+use hexsense::wire::{Drive, Frame, FrameError, Kind, PoseReport, Refusal, telemetry};
 
 use super::clock::Source;
 use super::exchange::{Active, Exchange, Guard};
 use super::harmonics;
 use super::identity::Origin;
 use super::path::{self, Progress};
-use super::queue::Piece;
 use super::quick_look;
 use super::sampling;
 use super::stack;
 use super::supply::Reading;
 use super::tallies;
+use super::telemetry::Telemetry;
 
 /// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
 pub const MAX_REQUEST_FRAME: usize = 256;
@@ -52,12 +50,9 @@ pub struct Desk {
     exchange: &'static Exchange,
     supply: Receiver<'static, Guard, Reading, 3>,
     active: Receiver<'static, Guard, Option<Active>, 2>,
-    stream: StreamContent,
-    /// Jacks of a block of which a piece is still to be sent.
-    begun: Option<JackBlock>,
+    telemetry: Telemetry,
     /// Sequence number of the command that another task is carrying out.
     open: Option<u16>,
-    telemetry_sequence: u16,
 }
 
 /// Answer to a request; none when another task will answer.
@@ -72,10 +67,8 @@ impl Desk {
             exchange,
             supply: exchange.supply.receiver().expect("a receiver is left"),
             active: exchange.active.receiver().expect("a receiver is left"),
-            stream: StreamContent::default(),
-            begun: None,
+            telemetry: Telemetry::default(),
             open: None,
-            telemetry_sequence: 0,
         }
     }
 
@@ -91,7 +84,7 @@ impl Desk {
             payload,
         } = frame::decode(bytes).inspect_err(count_damaged).ok()?;
         match kind {
-            Kind::Hello => sendable(self.origin.greeting().encode(sequence, out)),
+            Kind::Hello => tallies::sendable(self.origin.greeting().encode(sequence, out)),
             Kind::Request => {
                 let outcome = match message::decode_request(payload) {
                     Some(request) => self.decide(request, sequence),
@@ -116,33 +109,10 @@ impl Desk {
         encode(answer, sequence, out)
     }
 
-    /// Takes the next piece of the queue, and hands over the jacks of its last block when the host wants poses; returns
-    /// the length of the frame to send when it wants blocks.
+    /// Passes on what the sample path has, see [`Telemetry::block`].
     pub fn pass_on(&mut self, out: &mut [u8]) -> Option<usize> {
-        let content = self.stream;
-        let mut jacks = None;
-        let sequence = content.has_blocks().then(|| self.next_telemetry());
-        let begun = &mut self.begun;
-        let length = if let Some(sequence) = sequence {
-            let piece = |payload: &mut [u8]| {
-                path::with(|path| {
-                    let piece = path.queue.front()?;
-                    jacks = jacks_of(&piece, begun);
-                    let header = header(&piece, &path.progress, content);
-                    let length = telemetry::write(&header, piece.samples, payload);
-                    path.queue.pop();
-                    length
-                })
-            };
-            sendable(frame::encode(Kind::Block, sequence, out, piece))
-        } else {
-            path::with(|path| {
-                jacks = path.queue.front().and_then(|piece| jacks_of(&piece, begun));
-                path.queue.pop();
-            });
-            None
-        };
-        if let Some(jacks) = jacks.filter(|_| content.pose) {
+        let (length, jacks) = self.telemetry.block(out);
+        if let Some(jacks) = jacks {
             self.exchange.jacks.signal(jacks);
         }
         length
@@ -150,16 +120,7 @@ impl Desk {
 
     /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
     pub fn pass_on_pose(&mut self, report: &PoseReport, out: &mut [u8]) -> Option<usize> {
-        if !self.stream.pose {
-            return None;
-        }
-        sendable(pose::encode(report, self.next_telemetry(), out))
-    }
-
-    fn next_telemetry(&mut self) -> u16 {
-        let sequence = self.telemetry_sequence;
-        self.telemetry_sequence = sequence.wrapping_add(1);
-        sequence
+        self.telemetry.pose(report, out)
     }
 
     fn decide(&mut self, request: Request, sequence: u16) -> Result<Outcome, Refusal> {
@@ -206,7 +167,7 @@ impl Desk {
         }
         let Progress { rate_hz, block, .. } = path::with(|path| path.progress);
         check_capacity(content, rate_hz, block)?;
-        self.stream = content;
+        self.telemetry.content = content;
         path::with(|path| path.set_stream(content));
         Ok(Some(Response::Done))
     }
@@ -216,14 +177,14 @@ impl Desk {
             return Err(Refusal::Rate { hz });
         }
         let block = path::with(|path| path.progress.block);
-        check_capacity(self.stream, hz, block)?;
+        check_capacity(self.telemetry.content, hz, block)?;
         let command = sampling::Command::Rate(hz);
         self.order(&self.exchange.to_sampling, command, sequence)
     }
 
     fn set_block(&mut self, block: BlockSize, sequence: u16) -> Result<Outcome, Refusal> {
         let rate_hz = path::with(|path| path.progress.rate_hz);
-        check_capacity(self.stream, rate_hz, block)?;
+        check_capacity(self.telemetry.content, rate_hz, block)?;
         let command = sampling::Command::Block(block);
         self.order(&self.exchange.to_sampling, command, sequence)
     }
@@ -329,49 +290,6 @@ fn check(analyser: u8, channel: u8) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header {
-    Header {
-        first_scan: piece.first_scan,
-        scans: piece.scans as u8,
-        rate_hz: progress.rate_hz,
-        supply: piece.context.supply,
-        temperature_c: piece.context.temperature_c,
-        set: piece.context.set,
-        dropped: progress.dropped,
-        // After a factory reset the host learns that there are no values any more.
-        content: StreamContent {
-            values: content.values && piece.context.set.is_some(),
-            ..content
-        },
-    }
-}
-
-/// The jacks of the last block that ends with a piece; `begun` keeps those of a large block's first half.
-fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
-    let before = piece.scans.saturating_sub(piece.block.scans());
-    let mut sums = [0; JACKS];
-    add_up(piece.samples.jacks.get(before..)?, &mut sums);
-    let mut jacks = JackBlock {
-        first_scan: piece.first_scan + before as u64,
-        supply: piece.context.supply,
-        block: piece.block,
-        sums,
-    };
-    if !piece.begins {
-        let before = begun.take()?;
-        jacks.first_scan = before.first_scan;
-        for (sum, before) in jacks.sums.iter_mut().zip(before.sums) {
-            *sum += before;
-        }
-        return Some(jacks);
-    }
-    if piece.scans >= piece.block.scans() {
-        return Some(jacks);
-    }
-    *begun = Some(jacks);
-    None
-}
-
 fn check_capacity(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
     if bits_per_s > telemetry::LIMIT_BITS_PER_S {
@@ -384,14 +302,7 @@ fn check_capacity(content: StreamContent, rate_hz: u32, block: BlockSize) -> Res
 }
 
 fn encode(answer: &Response, sequence: u16, out: &mut [u8]) -> Option<usize> {
-    sendable(message::encode_response(answer, sequence, out))
-}
-
-/// Every answer fits a frame, so an error here is a mistake of the build; the host will ask again.
-fn sendable(encoded: Result<usize, FrameError>) -> Option<usize> {
-    encoded
-        .inspect_err(|_| tallies::note(|events| &mut events.frames_unsent))
-        .ok()
+    tallies::sendable(message::encode_response(answer, sequence, out))
 }
 
 /// Counts a frame that could not be taken apart.

@@ -11,7 +11,7 @@
 //! | [`path`] | the sample path, in an interrupt: calibrated values, sums, blocks for the link |
 //! | [`queue`] | blocks on their way to the link |
 //! | [`sampling`] | the task above it: starts, rates, blocks, faults |
-//! | [`link`], [`desk`] | the serial port, and what each request gets for an answer |
+//! | [`link`], [`desk`], [`telemetry`] | the serial port, what each request gets for an answer, and the stream |
 //! | [`pose`] | the board's own pose, from the jacks |
 //! | [`harmonics`] | harmonics and calibration factors, from the path's sums |
 //! | [`storage`], [`ecc`] | coefficients in flash bank 2, and what power cuts leave there |
@@ -44,5 +44,6 @@ pub mod storage;
 pub mod supervisor;
 pub mod supply;
 pub mod tallies;
+pub mod telemetry;
 pub mod timing;
 pub mod trigger;

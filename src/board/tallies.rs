@@ -7,6 +7,7 @@ use core::cell::Cell;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_time::Instant;
+use hexsense::wire::FrameError;
 use hexsense::wire::status::{Events, Tally};
 
 use super::ecc;
@@ -30,4 +31,12 @@ pub fn all() -> Events {
         torn_words: ecc::torn_words(),
         ..EVENTS.lock(Cell::get)
     }
+}
+
+/// Length of a frame. Everything that is sent fits one, so an error here is a mistake of the build; the host will ask
+/// again.
+pub fn sendable(encoded: Result<usize, FrameError>) -> Option<usize> {
+    encoded
+        .inspect_err(|_| note(|events| &mut events.frames_unsent))
+        .ok()
 }

@@ -1,0 +1,111 @@
+//! The stream: blocks of the sample path and poses of the board, as far as the host wants them.
+//!
+//! Blocks leave the queue whether they are sent or not: the pose needs the jacks of each.
+
+use hexsense::channel::JACKS;
+use hexsense::live_pose::JackBlock;
+use hexsense::sampling::add_up;
+use hexsense::wire::telemetry::Header;
+use hexsense::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
+
+use super::path::{self, Progress};
+use super::queue::Piece;
+use super::tallies::sendable;
+
+/// What the host wants, and how far the stream has come.
+#[derive(Default)]
+pub struct Telemetry {
+    /// What the host wants.
+    pub content: StreamContent,
+    /// Jacks of a block of which a piece is still to be sent.
+    begun: Option<JackBlock>,
+    sequence: u16,
+}
+
+impl Telemetry {
+    /// Takes the next piece of the queue: the length of the frame to send when the host wants blocks, and the jacks of the
+    /// piece's last block when it wants poses.
+    pub fn block(&mut self, out: &mut [u8]) -> (Option<usize>, Option<JackBlock>) {
+        let content = self.content;
+        let mut jacks = None;
+        let sequence = content.has_blocks().then(|| self.next_sequence());
+        let begun = &mut self.begun;
+        let length = if let Some(sequence) = sequence {
+            let piece = |payload: &mut [u8]| {
+                path::with(|path| {
+                    let piece = path.queue.front()?;
+                    jacks = jacks_of(&piece, begun);
+                    let header = header(&piece, &path.progress, content);
+                    let length = telemetry::write(&header, piece.samples, payload);
+                    path.queue.pop();
+                    length
+                })
+            };
+            sendable(frame::encode(Kind::Block, sequence, out, piece))
+        } else {
+            path::with(|path| {
+                jacks = path.queue.front().and_then(|piece| jacks_of(&piece, begun));
+                path.queue.pop();
+            });
+            None
+        };
+        (length, jacks.filter(|_| content.pose))
+    }
+
+    /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
+    pub fn pose(&mut self, report: &PoseReport, out: &mut [u8]) -> Option<usize> {
+        if !self.content.pose {
+            return None;
+        }
+        sendable(pose::encode(report, self.next_sequence(), out))
+    }
+
+    fn next_sequence(&mut self) -> u16 {
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        sequence
+    }
+}
+
+fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header {
+    Header {
+        first_scan: piece.first_scan,
+        scans: piece.scans as u8,
+        rate_hz: progress.rate_hz,
+        supply: piece.context.supply,
+        temperature_c: piece.context.temperature_c,
+        set: piece.context.set,
+        dropped: progress.dropped,
+        // After a factory reset the host learns that there are no values any more.
+        content: StreamContent {
+            values: content.values && piece.context.set.is_some(),
+            ..content
+        },
+    }
+}
+
+/// The jacks of the last block that ends with a piece; `begun` keeps those of a large block's first half.
+fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
+    let before = piece.scans.saturating_sub(piece.block.scans());
+    let mut sums = [0; JACKS];
+    add_up(piece.samples.jacks.get(before..)?, &mut sums);
+    let mut jacks = JackBlock {
+        first_scan: piece.first_scan + before as u64,
+        supply: piece.context.supply,
+        block: piece.block,
+        sums,
+    };
+    if !piece.begins {
+        let before = begun.take()?;
+        jacks.first_scan = before.first_scan;
+        for (sum, before) in jacks.sums.iter_mut().zip(before.sums) {
+            *sum += before;
+        }
+        return Some(jacks);
+    }
+    if piece.scans >= piece.block.scans() {
+        return Some(jacks);
+    }
+    *begun = Some(jacks);
+    None
+}
