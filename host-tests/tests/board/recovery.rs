@@ -192,3 +192,17 @@ fn converters_that_no_new_start_helps_are_bitten_by_the_watchdog() {
     assert_eq!((status.resets.starts, status.resets.watchdog), (2, 1));
     assert!(took_s < 1.3 + LIMIT_S, "{took_s} s");
 }
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn without_its_crystal_it_comes_back_on_the_internal_oscillator_and_says_so() {
+    let mut board = with_set("crystal", "\"fault\":\"crystal\"");
+    board.run_s(1.0);
+    assert!(board.status().crystal);
+    board.run_s(RESET_S - 1.0);
+    let (status, first_s) = sampling(&mut board, RESET_S, 5.0);
+    assert_eq!(cause(&mut board), ResetCause::Watchdog);
+    assert!(!status.crystal, "{status:?}");
+    let took_s = first_s - RESET_S;
+    assert!(took_s < BITE_S + LIMIT_S, "{took_s} s");
+}
