@@ -57,7 +57,7 @@ pub enum Fault {
     CutAt(u32),
     /// The line is cut when this request has been carried out.
     CutAfter(u32),
-    /// The board falls silent with this request: no answer, no sample any more.
+    /// The board falls silent with this request: no answer, no sample any more. From 0 on it does not even greet.
     SilentFrom(u32),
     /// The flash gives back a changed set.
     WornFlash,
@@ -216,6 +216,7 @@ impl FakeBoard {
             let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
             let mut buffer = [0; MAX_FRAME];
             let length = match kind {
+                Kind::Hello if self.fault == Fault::SilentFrom(0) => continue,
                 Kind::Hello => {
                     let greeting = Greeting {
                         wire: self.wire,
@@ -480,7 +481,8 @@ impl FakeBoard {
     /// Starts a keeper on what the flash has.
     fn load(&mut self) {
         self.keeper = Keeper::new(self.flash.clone(), self.uid);
-        block_on(self.keeper.start()).unwrap();
+        block_on(self.keeper.load()).unwrap();
+        block_on(self.keeper.complete()).unwrap();
         self.track();
     }
 
