@@ -86,6 +86,7 @@ fn a_silent_board_is_reported_within_five_seconds() {
     let board = board(|board| board.fault = Fault::SilentFrom(2));
     let mut client = connect(&board).unwrap();
     let start = client.now();
+    let before = board.lock().unwrap().heard.len();
     let error = client.identity().unwrap_err();
     assert!(
         matches!(
@@ -95,6 +96,25 @@ fn a_silent_board_is_reported_within_five_seconds() {
         "{error}"
     );
     assert!(client.now() - start < Duration::from_secs(5));
+    let heard = &board.lock().unwrap().heard[before..];
+    let asked = heard.iter().filter(|byte| **byte == 0).count();
+    assert_eq!(asked, 3, "times that it was asked");
+}
+
+#[test]
+fn a_board_that_never_answers_is_greeted_three_times() {
+    let board = board(|board| board.fault = Fault::SilentFrom(0));
+    let Err(error) = connect(&board) else {
+        panic!("connected to a silent board")
+    };
+    assert!(
+        matches!(error, LinkError::Protocol(ProtocolError::NoGreeting { .. })),
+        "{error}"
+    );
+    // Before each greeting a zero closes what the board may hold.
+    let heard = &board.lock().unwrap().heard;
+    let zeros = heard.iter().filter(|byte| **byte == 0).count();
+    assert_eq!(zeros, 2 * 3);
 }
 
 #[test]

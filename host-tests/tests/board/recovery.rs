@@ -1,10 +1,11 @@
 //! After any reset the board samples with its coefficients at once, and says why it was reset and what it lost.
 
+use hexsense::wire::change::Act;
 use hexsense::wire::status::{ResetCause, Resets, Status};
 use hexsense::wire::{Request, Response};
 
 use crate::bench::Board;
-use crate::set::upload;
+use crate::set::{KEY, tagged, upload};
 
 /// When the reset comes, s after power-on.
 const RESET_S: f64 = 2.0;
@@ -157,6 +158,38 @@ fn a_dip_that_empties_ram_is_a_power_on() {
 
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
+fn resets_of_every_cause_add_up_over_resets() {
+    let faults = [
+        (0.2, "\"fault\":\"hang\""),
+        (1.6, "\"fault\":\"pin_reset\""),
+        (1.7, "\"fault\":\"pin_reset\""),
+        (1.8, "\"fault\":\"brown_out\",\"ram_kept\":true"),
+        (1.9, "\"fault\":\"brown_out\",\"ram_kept\":true"),
+        (2.0, "\"fault\":\"brown_out\",\"ram_kept\":true"),
+        (2.1, "\"fault\":\"jump\",\"address\":\"0x60000000\""),
+        (2.2, "\"fault\":\"jump\",\"address\":\"0x60000000\""),
+        (2.3, "\"fault\":\"jump\",\"address\":\"0x60000000\""),
+        (2.4, "\"fault\":\"jump\",\"address\":\"0x60000000\""),
+        (2.5, "\"fault\":\"jump\",\"address\":\"0x60000000\""),
+    ];
+    let lines = faults.map(|(at_s, fault)| format!("{{\"at_s\":{at_s},{fault}}}\n"));
+    let mut board = Board::on("add-up").power_cycled(&lines.concat());
+    board.run_s(2.7);
+    let resets = board.status().resets;
+    let expected = Resets {
+        starts: 12,
+        watchdog: 1,
+        pin: 2,
+        brown_outs: 3,
+        panics: 5,
+        previous_uptime_ms: resets.previous_uptime_ms,
+        ..Resets::default()
+    };
+    assert_eq!(resets, expected);
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
 fn a_part_that_hangs_is_bitten_by_the_watchdog() {
     // Thread mode: storage, pose, supervisor. Interrupts 82 and 83 run sampling task and link, 11 the sample path.
     for (name, exception) in [
@@ -177,6 +210,38 @@ fn a_part_that_hangs_is_bitten_by_the_watchdog() {
         );
         assert!(took_s < BITE_S + LIMIT_S, "{name}: {took_s} s");
     }
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_link_that_waits_for_its_transmitter_is_bitten_by_the_watchdog() {
+    // Sampling and storage are well meanwhile.
+    let (found, status, took_s) = after(
+        "no-transmitter",
+        "\"fault\":\"dma_stall\",\"of\":\"transmitter\",\"duration_us\":1300000",
+        3.0,
+    );
+    assert_eq!(found, ResetCause::Watchdog);
+    assert_eq!((status.resets.starts, status.resets.watchdog), (2, 1));
+    assert!(took_s < 1.3 + LIMIT_S, "{took_s} s");
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_storage_that_waits_for_its_flash_is_bitten_by_the_watchdog() {
+    // Sampling and link are well meanwhile: the board answers until it is bitten.
+    let mut board = with_set(
+        "no-end-of-erasure",
+        "\"fault\":\"flash_stall\",\"duration_us\":9000000",
+    );
+    board.run_s(RESET_S);
+    let request = tagged(&mut board, Act::Provision(KEY));
+    board.send(&request);
+    let (status, first_s) = sampling(&mut board, RESET_S, 3.0);
+    assert_eq!(cause(&mut board), ResetCause::Watchdog);
+    assert_eq!((status.resets.starts, status.resets.watchdog), (2, 1));
+    let took_s = first_s - RESET_S;
+    assert!(took_s < BITE_S + LIMIT_S, "{took_s} s");
 }
 
 #[test]

@@ -46,10 +46,16 @@ pub fn set(board: [u8; 12], unix_s: u64) -> CoefficientSet {
 }
 
 /// The key of every board on the bench.
-const KEY: Key = Key(*b"key of the board on the bench...");
+pub const KEY: Key = Key(*b"key of the board on the bench...");
 
 /// Has the board carry out a change, with the key.
 pub fn change(board: &mut Board, act: Act) -> Response {
+    let request = tagged(board, act);
+    board.ask(&request)
+}
+
+/// The request of a change, with its tag.
+pub fn tagged(board: &mut Board, act: Act) -> Request {
     let Response::Identity(identity) = board.ask(&Request::Identity) else {
         panic!("no identity");
     };
@@ -61,7 +67,7 @@ pub fn change(board: &mut Board, act: Act) -> Response {
         act,
     };
     let tag = tag(&KEY, &challenge, &identity.board, &change);
-    board.ask(&Request::Change { change, tag })
+    Request::Change { change, tag }
 }
 
 /// Uploads a set made for this board, which gets a key first if it has none, and returns the set.

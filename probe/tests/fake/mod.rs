@@ -57,7 +57,7 @@ pub enum Fault {
     CutAt(u32),
     /// The line is cut when this request has been carried out.
     CutAfter(u32),
-    /// The board falls silent with this request: no answer, no sample any more.
+    /// The board falls silent with this request: no answer, no sample any more. From 0 on it does not even greet.
     SilentFrom(u32),
     /// The flash gives back a changed set.
     WornFlash,
@@ -216,6 +216,7 @@ impl FakeBoard {
             let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
             let mut buffer = [0; MAX_FRAME];
             let length = match kind {
+                Kind::Hello if self.fault == Fault::SilentFrom(0) => continue,
                 Kind::Hello => {
                     let greeting = Greeting {
                         wire: self.wire,

@@ -69,6 +69,11 @@ pub enum Fault {
         /// How long, µs.
         duration_us: u64,
     },
+    /// No operation of the flash memory, under way or begun from now on, ends before so long; a reset ends that.
+    FlashStall {
+        /// How long, µs.
+        duration_us: u64,
+    },
     /// The converters miss all triggers for so long.
     TriggerStall {
         /// How long, µs.
@@ -93,6 +98,8 @@ pub enum Served {
     Converters,
     /// The receiver of the serial port.
     Receiver,
+    /// The transmitter of the serial port.
+    Transmitter,
 }
 
 /// Direction of the serial line.

@@ -94,6 +94,8 @@ pub struct Flash {
     /// Lower half of a double word that waits for its upper half.
     latch: Option<(usize, u32)>,
     running: Option<(Operation, Cycles)>,
+    /// No operation ends before.
+    held_until: Cycles,
     tearing: ChaCha8Rng,
     /// Program and erase operations that were begun since power-on.
     operations: u64,
@@ -117,6 +119,7 @@ impl Flash {
             option_keyhole: Keyhole::Locked,
             latch: None,
             running: None,
+            held_until: 0,
             tearing,
             operations: 0,
             trap: None,
@@ -254,6 +257,14 @@ impl Flash {
         here
     }
 
+    /// No operation, under way or to come, ends before `until`.
+    pub fn hold_up(&mut self, until: Cycles) {
+        self.held_until = until;
+        if let Some((_, end)) = &mut self.running {
+            *end = until.max(*end);
+        }
+    }
+
     /// The bank that an operation keeps busy, 0 or 1.
     pub fn busy_bank(&self) -> Option<usize> {
         self.running.map(|(operation, _)| match operation {
@@ -366,7 +377,7 @@ impl Flash {
         if self.reaches(Progress::NotBegun) {
             return;
         }
-        self.running = Some((operation, end));
+        self.running = Some((operation, end.max(self.held_until)));
         self.reaches(Progress::Half);
     }
 

@@ -1,9 +1,12 @@
 //! The flash memory as the core sees it: read-while-write, stalls, torn words.
 
+use virtual_board::injection::timeline::Timeline;
+
 use super::Chip;
 use super::code::Code;
 
 const KEYR: u32 = 0x4002_2008;
+const SR: u32 = 0x4002_2010;
 const CR: u32 = 0x4002_2014;
 const ECCR: u32 = 0x4002_2018;
 const BANK_2: u32 = 0x0804_0000;
@@ -67,6 +70,24 @@ fn code_stalls_while_its_own_bank_is_erased() {
     chip.run(50e-3).unwrap();
     let cycles = chip.result(0);
     assert!(ERASE_CYCLES.contains(&cycles), "{cycles}");
+}
+
+#[test]
+fn an_operation_that_is_held_up_ends_later() {
+    let main = unlocked()
+        .store(CR, 1)
+        .store(BANK_2 + 8, 0x1234_5678)
+        .store(BANK_2 + 12, 0x9ABC_DEF0)
+        .spin();
+    let mut chip = Chip::new(main, &[]);
+    let fault = r#"{"at_s":0,"fault":"flash_stall","duration_us":2000}"#;
+    chip.machine.inject(Timeline::parse(fault).unwrap());
+    let mut busy_after = |seconds| {
+        chip.run(seconds).unwrap();
+        chip.machine.bus_mut().read(SR, 4) >> 16 & 1 == 1
+    };
+    assert!(busy_after(1.9e-3));
+    assert!(!busy_after(0.2e-3));
 }
 
 #[test]

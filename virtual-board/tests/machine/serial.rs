@@ -71,6 +71,27 @@ fn dma_carries_what_arrives_into_a_ring() {
     assert_eq!(chip.result(0), 0x0403_0205, "the ring began again");
 }
 
+#[test]
+fn a_stall_of_the_transmitters_dma_delays_what_it_sends() {
+    let main = uart_on()
+        .store(0x2000_0100, 0x0403_0201)
+        .store(RCC + 0x48, 0b101 | 1 << 8)
+        .store(LPUART1 + 0x08, 1 << 7)
+        .store(DMAMUX, 35)
+        .store(DMA1 + 0x0C, 4)
+        .store(DMA1 + 0x10, LPUART1 + 0x28)
+        .store(DMA1 + 0x14, 0x2000_0100)
+        .store(DMA1 + 0x08, 1 << 7 | 1 << 4 | 1)
+        .spin();
+    let mut chip = Chip::new(main, &[]);
+    let fault = r#"{"at_s":0,"fault":"dma_stall","of":"transmitter","duration_us":2000}"#;
+    chip.machine.inject(Timeline::parse(fault).unwrap());
+    chip.run(1.9e-3).unwrap();
+    assert!(chip.machine.bus_mut().lpuart.take_sent().is_empty());
+    chip.run(0.2e-3).unwrap();
+    assert_eq!(chip.machine.bus_mut().lpuart.take_sent(), [1, 2, 3, 4]);
+}
+
 /// A timer that triggers a converter of two ranks a thousand times a second; the handler counts scans in `result[0]`.
 fn scanning() -> (Code, Code) {
     let main = Code::new()

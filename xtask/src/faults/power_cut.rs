@@ -11,6 +11,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{anyhow, ensure};
+use hexsense::wire::message::Kept;
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board, STARTED};
@@ -28,7 +29,8 @@ const AT_ONCE: usize = 2;
 
 /// How much of it is done.
 pub struct Extent {
-    /// Uploads, one after another; from the ninth on the history drops a set.
+    /// Uploads, one after another; from the ninth on the history drops a set. The rest of the archive is filled without
+    /// cuts.
     pub uploads: usize,
     /// One in so many operations; 1 is all.
     pub every: u64,
@@ -79,6 +81,9 @@ fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Chang
     for _ in 0..uploads {
         series.go_on(upload())?;
     }
+    while series.account.history.len() < KEPT {
+        series.pass(&upload())?;
+    }
     if let Some(oldest) = series.account.history.last().map(|kept| kept.id) {
         series.go_on(Act::Rollback(oldest))?;
         // The oldest is active now, and must not be the one that makes room.
@@ -115,17 +120,23 @@ impl<'a> Series<'a> {
     fn go_on(&mut self, act: Act) -> anyhow::Result<()> {
         let name = format!("power-cut-{:02}", self.changes.len());
         let (bench, keeper) = (self.bench.copy(&name)?, self.keeper.clone());
-        let mut board = self.bench.on(&[])?;
-        self.keeper.carry_out(&mut board.line, &act)?;
-        let after = Account::read(&mut board.line)?;
-        let before = std::mem::replace(&mut self.account, after.clone());
+        let before = self.account.clone();
+        self.pass(&act)?;
         self.changes.push(Change {
             bench,
             keeper,
             act,
             before,
-            after,
+            after: self.account.clone(),
         });
+        Ok(())
+    }
+
+    /// A change that is carried out, and in which the power is not cut.
+    fn pass(&mut self, act: &Act) -> anyhow::Result<()> {
+        let mut board = self.bench.on(&[])?;
+        self.keeper.carry_out(&mut board.line, act)?;
+        self.account = Account::read(&mut board.line)?;
         Ok(())
     }
 }
@@ -229,11 +240,16 @@ fn started(mut board: Board) -> anyhow::Result<Account> {
     Account::read(&mut board.line)
 }
 
-/// Whether an account is that of before or of after; of the history the set that made room may be gone before the new
-/// one has come.
+/// Whether an account is that of before or of after; of the history the set that made room, the oldest but for the
+/// active one, may be gone before the new one has come.
 fn is_one_of(found: &Account, before: &Account, after: &Account) -> bool {
     let made_room = |before: &Account| {
-        let kept = &before.history[..before.history.len().saturating_sub(1)];
+        let is_oldest = |kept: &Kept| Some(kept.id) != before.active;
+        let oldest = before.history.iter().rposition(is_oldest);
+        let mut kept = before.history.clone();
+        if let Some(oldest) = oldest {
+            kept.remove(oldest);
+        }
         found.history == kept && before.history.len() >= KEPT
     };
     let same = |one: &Account| {

@@ -82,6 +82,10 @@ fn ways() -> Vec<Way> {
             "hang of the sample path",
             json!({"fault": "hang", "exception": SAMPLE_PATH}),
         ),
+        hang(
+            "link that waits for its transmitter",
+            json!({"fault": "dma_stall", "of": "transmitter", "duration_us": 1_200_000}),
+        ),
         panic(
             "jump into nothing",
             json!({"fault": "jump", "address": "0xf0000000"}),

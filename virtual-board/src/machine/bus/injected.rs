@@ -1,5 +1,6 @@
 //! Faults of the bus that are made on purpose: stalls, the end of the power, a crystal that stops.
 
+use super::map::Unit;
 use super::{Bus, fill};
 use crate::injection::Served;
 use crate::peripherals::rcc::Source;
@@ -10,6 +11,7 @@ use crate::peripherals::{Cycles, dmamux::request};
 pub(super) struct Stalls {
     converter_dma: Cycles,
     receiver_dma: Cycles,
+    transmitter_dma: Cycles,
     pub(super) triggers: Cycles,
 }
 
@@ -18,6 +20,7 @@ impl Stalls {
     pub(super) fn hold(&self, number: u8, now: Cycles) -> bool {
         let until = match number {
             request::LPUART1_RX => self.receiver_dma,
+            request::LPUART1_TX => self.transmitter_dma,
             _ if request::ADC.contains(&number) => self.converter_dma,
             _ => 0,
         };
@@ -32,8 +35,16 @@ impl Bus {
         match of {
             Served::Converters => self.stalls.converter_dma = end,
             Served::Receiver => self.stalls.receiver_dma = end,
+            Served::Transmitter => self.stalls.transmitter_dma = end,
         }
         self.expect_end_of_stall(end);
+    }
+
+    /// No flash operation ends before so long, µs.
+    pub fn stall_flash(&mut self, duration_us: u64) {
+        let end = self.later(duration_us);
+        self.flash.hold_up(end);
+        self.refresh(Unit::Flash);
     }
 
     /// The converters miss all triggers for so long, µs.
