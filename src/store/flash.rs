@@ -15,7 +15,7 @@ use core::cmp::Reverse;
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::log::{ENTRY, Entry};
+use super::log::{ENTRY, Entry, Reason};
 use super::record::{CoefficientSet, MAX_ENCODED, RecordError, SetId};
 
 /// Sets that are kept, and pages; an older one is overwritten.
@@ -55,12 +55,12 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// `None` for what is no set.
+    /// `None` for what is no set that was uploaded.
     fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<Self> {
         let set = CoefficientSet::decode(encoded).ok()?;
         Some(Self {
             entry,
-            id: entry.id?,
+            id: entry.id.filter(|_| entry.reason == Reason::Upload)?,
             length: encoded.len() as u16,
             made_unix_s: set.unix_s,
             slot,
