@@ -44,7 +44,7 @@ pub fn record(parts: &Parts, seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let seconds = FIRST_S + APART_S * faults.len() as f64;
     let mut command = Command::new(&parts.hexsense);
     command.args(["capture", "--port", port, "--rate", &RATE_HZ.to_string()]);
-    command.args(["--seconds", &seconds.to_string(), "--out"]);
+    command.args(["--seconds", &format!("{seconds:.1}"), "--out"]);
     checked(command.arg(&file))?;
     let capture = Capture::load(&file)?;
     let note: Value = serde_json::from_str(&fs::read_to_string(file.with_extension("json"))?)?;
