@@ -85,10 +85,10 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
     }
 }
 
-/// Virtual minutes of the test below by `HEXSENSE_MINUTES`, a quarter of one without it.
+/// Virtual minutes of the test below by `HEXSENSE_MINUTES`, ten without it.
 fn seconds() -> f64 {
     let minutes = std::env::var("HEXSENSE_MINUTES");
-    minutes.map_or(15.0, |minutes| 60.0 * minutes.parse::<f64>().unwrap())
+    60.0 * minutes.map_or(10.0, |minutes| minutes.parse::<f64>().unwrap())
 }
 
 #[test]
