@@ -28,9 +28,9 @@ const FLASH_TARGET: u64 = 64 * 1024;
 /// What it is meant to have of RAM besides the stack, bytes.
 const RAM_TARGET: u64 = 16 * 1024;
 /// Bytes of flash and RAM at the last time that growth was accepted. Raised on purpose only.
-const FLASH_BUDGET: u64 = 123_400;
+const FLASH_BUDGET: u64 = 123_684;
 /// See [`FLASH_BUDGET`].
-const RAM_BUDGET: u64 = 26_384;
+const RAM_BUDGET: u64 = 26_392;
 /// Growth over the budget that passes, percent.
 const GROWTH_PERCENT: u64 = 5;
 /// First address of RAM; flash lies below.
