@@ -2,9 +2,11 @@
 
 use std::cell::RefCell;
 
+use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use hexsense::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
-use hexsense::store::log::Reason;
+use hexsense::store::Entry;
+use hexsense::store::log::{Log, Reason};
 use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
 use hexsense::wire::change::Act;
 use hexsense::wire::message::Chunk;
@@ -13,7 +15,7 @@ use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
 use hostile::custody::Shared;
 
-use crate::custody::{Custody, KEY, PAGES, id, upload_of};
+use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, id, upload_of};
 
 #[test]
 fn an_upload_becomes_active_and_stays_so_over_a_start() {
@@ -122,7 +124,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
     custody.upload(1).unwrap();
     drop(custody);
     let mut elsewhere = Keeper::new(&mut nor, [8; 12]);
-    embassy_futures::block_on(elsewhere.load()).unwrap();
+    block_on(elsewhere.load()).unwrap();
     assert!(elsewhere.active().is_none());
 }
 
@@ -215,7 +217,7 @@ fn spoil(nor: &mut Nor, number: u32) {
         .windows(bytes.len())
         .rposition(|found| found == bytes);
     let word = (place.unwrap() + 100) / 8 * 8;
-    embassy_futures::block_on(nor.write(word as u32, &[0; 8])).unwrap();
+    block_on(nor.write(word as u32, &[0; 8])).unwrap();
 }
 
 #[test]
@@ -353,4 +355,38 @@ fn any_change_ends_an_upload_under_way() {
     custody.roll_back(1).unwrap();
     assert_eq!(custody.send(&bytes), Err(Refusal::NoUpload));
     assert_eq!(custody.active(), Some(numbered(1)));
+}
+
+#[test]
+fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
+    let mut nor = Nor::new(PAGES);
+    let mut custody = Custody::start(&mut nor);
+    custody.provision();
+    custody.upload(1).unwrap();
+    custody.upload(2).unwrap();
+    drop(custody);
+    let mut log = Log::new(&mut nor, LOG);
+    let mut end = block_on(log.end()).unwrap();
+    while log.has_room(&end) {
+        let entry = Entry {
+            counter: end.next_counter(),
+            reason: Reason::Rollback,
+            previous: Some(id(2)),
+            ..end.last.unwrap()
+        };
+        block_on(log.append(&mut end, &entry)).unwrap();
+    }
+    let operations = nor.operations;
+    let mut custody = Custody::start(&mut nor);
+    for act in [
+        upload_of(&encoded(&numbered(3))),
+        Act::Rollback(id(1)),
+        Act::FactoryReset,
+        Act::Provision(OTHER_KEY),
+    ] {
+        assert_eq!(custody.change(&KEY, act), Err(Refusal::LogFull));
+    }
+    assert_eq!(custody.active(), Some(numbered(2)));
+    drop(custody);
+    assert_eq!(nor.operations, operations);
 }
