@@ -11,7 +11,7 @@ use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{BOARD, encoded, numbered};
 use proptest::prelude::*;
 
-use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, id, upload_of};
+use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, acts, id, upload_of};
 
 /// Computed with Python's `hmac` and `hashlib` over the change's bytes written out by hand.
 #[test]
@@ -30,24 +30,6 @@ fn a_tag_is_the_hmac_that_others_compute() {
     );
 }
 
-/// A board with a key and sets 1 and 2; what was done is forgotten.
-fn board(nor: &mut Nor) -> Custody<'_> {
-    let mut custody = Custody::start(nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    custody.upload(2).unwrap();
-    custody
-}
-
-fn acts() -> Vec<Act> {
-    vec![
-        upload_of(&encoded(&numbered(3))),
-        Act::Rollback(id(1)),
-        Act::FactoryReset,
-        Act::Provision(OTHER_KEY),
-    ]
-}
-
 #[test]
 fn a_board_without_a_key_takes_no_change_but_a_key() {
     let mut nor = Nor::new(PAGES);
@@ -63,8 +45,7 @@ fn a_board_without_a_key_takes_no_change_but_a_key() {
     assert!(!custody.keeper.is_provisioned());
     drop(custody);
     assert_eq!(nor.operations, 0);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
+    let mut custody = Custody::with_sets(&mut nor, 0);
     assert!(custody.keeper.is_provisioned());
     custody.upload(1).unwrap();
 }
@@ -72,7 +53,7 @@ fn a_board_without_a_key_takes_no_change_but_a_key() {
 #[test]
 fn no_change_is_made_with_another_key() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     for act in acts() {
         let refused = custody.change(&OTHER_KEY, act);
         assert_eq!(refused, Err(Refusal::WrongTag));
@@ -88,7 +69,7 @@ fn no_change_is_made_with_another_key() {
 #[test]
 fn a_change_that_was_heard_changes_nothing_again() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     let (change, tag) = custody.signed(&KEY, Act::Rollback(id(1)));
     let heard = Command::Change(change, tag);
     assert!(matches!(
@@ -105,7 +86,7 @@ fn a_change_that_was_heard_changes_nothing_again() {
 #[test]
 fn a_tag_serves_for_no_other_change_board_or_challenge() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     let acts = acts();
     for (signed, sent) in acts.iter().zip(acts.iter().cycle().skip(1)) {
         let (mut change, tag) = custody.signed(&KEY, signed.clone());
@@ -141,7 +122,7 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
 #[test]
 fn a_challenge_expires_and_serves_once() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     for (wait_ms, accepted) in [(CHALLENGE_MS, true), (CHALLENGE_MS + 1, false)] {
         let (change, tag) = custody.signed(&KEY, upload_of(&encoded(&numbered(3))));
         custody.now_ms += wait_ms;
@@ -158,7 +139,7 @@ fn a_challenge_expires_and_serves_once() {
 #[test]
 fn an_unlocked_upload_expires() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     let bytes = encoded(&numbered(3));
     for (wait_ms, expected) in [(UPLOAD_MS, None), (UPLOAD_MS + 1, Some(Refusal::Expired))] {
         custody.change(&KEY, upload_of(&bytes)).unwrap();
@@ -170,7 +151,7 @@ fn an_unlocked_upload_expires() {
 #[test]
 fn the_set_that_was_unlocked_is_the_only_one_that_is_taken() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     custody
         .change(&KEY, upload_of(&encoded(&numbered(3))))
         .unwrap();
@@ -182,7 +163,7 @@ fn the_set_that_was_unlocked_is_the_only_one_that_is_taken() {
 #[test]
 fn wrong_answers_wait_longer_and_longer_and_a_right_one_ends_it() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     for attempt in 0..10 {
         let wait_ms = (1_000 << attempt).min(LONGEST_WAIT_MS);
         assert_eq!(
@@ -209,7 +190,7 @@ fn wrong_answers_wait_longer_and_longer_and_a_right_one_ends_it() {
 #[test]
 fn a_new_key_needs_the_old_one_and_replaces_it() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     assert_eq!(
         custody.change(&KEY, Act::Provision(OTHER_KEY)),
         Ok(Response::Done)
@@ -246,7 +227,7 @@ fn of_two_keys_the_newer_counts() {
 #[test]
 fn nothing_that_is_asked_gives_the_key_away() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = board(&mut nor);
+    let mut custody = Custody::with_sets(&mut nor, 2);
     let mut answers = vec![format!("{:?}", custody.keeper.active())];
     for number in 0..=u8::MAX {
         let commands = [
@@ -270,8 +251,7 @@ proptest! {
     #[test]
     fn one_changed_bit_of_a_tag_is_a_wrong_tag(bit in 0..256_usize) {
         let mut nor = Nor::new(PAGES);
-        let mut custody = Custody::start(&mut nor);
-        custody.provision();
+        let mut custody = Custody::with_sets(&mut nor, 0);
         let (change, mut tag) = custody.signed(&KEY, Act::FactoryReset);
         tag[bit / 8] ^= 1 << (bit % 8);
         prop_assert_eq!(custody.ask(Command::Change(change, tag)), Err(Refusal::WrongTag));

@@ -5,9 +5,8 @@ use std::cell::RefCell;
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use hexsense::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
-use hexsense::store::Entry;
 use hexsense::store::log::{Log, Reason};
-use hexsense::store::{CoefficientSet, MAX_ENCODED, RecordError};
+use hexsense::store::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
 use hexsense::wire::change::Act;
 use hexsense::wire::message::Chunk;
 use hexsense::wire::{Refusal, Response};
@@ -15,13 +14,12 @@ use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
 use hostile::custody::Shared;
 
-use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, id, upload_of};
+use crate::custody::{Custody, KEY, PAGES, acts, id, upload_of};
 
 #[test]
 fn an_upload_becomes_active_and_stays_so_over_a_start() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
+    let mut custody = Custody::with_sets(&mut nor, 0);
     assert_eq!(custody.active(), None);
     for number in 1..=20 {
         assert!(
@@ -45,11 +43,7 @@ fn an_upload_becomes_active_and_stays_so_over_a_start() {
 #[test]
 fn the_last_eight_sets_are_kept_and_any_of_them_can_become_active_again() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    for number in 1..=12 {
-        custody.upload(number).unwrap();
-    }
+    let mut custody = Custody::with_sets(&mut nor, 12);
     let kept: Vec<_> = (5..=12).rev().map(id).collect();
     assert_eq!(custody.history(), kept);
     for number in [5, 9, 12, 6] {
@@ -66,11 +60,7 @@ fn the_last_eight_sets_are_kept_and_any_of_them_can_become_active_again() {
 #[test]
 fn a_factory_reset_erases_the_sets_and_keeps_key_and_log() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    for number in 1..=10 {
-        custody.upload(number).unwrap();
-    }
+    let mut custody = Custody::with_sets(&mut nor, 10);
     assert_eq!(
         custody.change(&KEY, Act::FactoryReset),
         Ok(Response::Erased { sets: 8 })
@@ -87,10 +77,7 @@ fn a_factory_reset_erases_the_sets_and_keeps_key_and_log() {
 #[test]
 fn every_change_leaves_an_entry_that_says_what_came_in_place_of_what() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    custody.upload(2).unwrap();
+    let mut custody = Custody::with_sets(&mut nor, 2);
     custody.roll_back(1).unwrap();
     custody.change(&KEY, Act::FactoryReset).unwrap();
     let log = custody.log();
@@ -112,8 +99,7 @@ fn every_change_leaves_an_entry_that_says_what_came_in_place_of_what() {
 #[test]
 fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_used() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
+    let mut custody = Custody::with_sets(&mut nor, 0);
     let foreign = CoefficientSet {
         board: [8; 12],
         ..numbered(1)
@@ -131,8 +117,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
 #[test]
 fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
+    let mut custody = Custody::with_sets(&mut nor, 0);
     let bytes = encoded(&numbered(1));
     let Act::Upload { digest, .. } = upload_of(&bytes) else {
         unreachable!()
@@ -176,8 +161,7 @@ fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
+    let mut custody = Custody::with_sets(&mut nor, 0);
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut set = numbered(1);
         set.triads[1].matrix[2][0] = value;
@@ -194,9 +178,7 @@ fn numbers_that_are_not_finite_are_refused() {
 #[test]
 fn an_upload_that_was_aborted_or_overtaken_is_forgotten() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
+    let mut custody = Custody::with_sets(&mut nor, 1);
     custody
         .change(&KEY, upload_of(&encoded(&numbered(2))))
         .unwrap();
@@ -223,12 +205,7 @@ fn spoil(nor: &mut Nor, number: u32) {
 #[test]
 fn an_active_set_that_cannot_be_read_any_more_gives_way_to_the_newest_and_that_is_logged() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    for number in 1..=3 {
-        custody.upload(number).unwrap();
-    }
-    drop(custody);
+    drop(Custody::with_sets(&mut nor, 3));
     spoil(&mut nor, 3);
     for _ in 0..2 {
         let mut custody = Custody::start(&mut nor);
@@ -248,10 +225,7 @@ fn an_active_set_that_cannot_be_read_any_more_gives_way_to_the_newest_and_that_i
 #[test]
 fn worn_out_flash_is_told_and_the_old_set_stays() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    drop(custody);
+    drop(Custody::with_sets(&mut nor, 1));
     nor.worn_out = nor.range();
     let mut custody = Custody::start(&mut nor);
     assert_eq!(custody.upload(2), Err(Refusal::Flash));
@@ -269,10 +243,7 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
 #[test]
 fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_before_it_is_there() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    drop(custody);
+    drop(Custody::with_sets(&mut nor, 1));
     nor.worn_out = LOG;
     let mut custody = Custody::start(&mut nor);
     assert_eq!(custody.upload(2), Err(Refusal::Log));
@@ -297,11 +268,7 @@ fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_befor
 #[test]
 fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    custody.upload(2).unwrap();
-    drop(custody);
+    drop(Custody::with_sets(&mut nor, 2));
     nor.worn_out = ARCHIVE..KEY_PAGES;
     let mut custody = Custody::start(&mut nor);
     let reset = custody.change(&KEY, Act::FactoryReset);
@@ -346,10 +313,7 @@ fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost
 #[test]
 fn any_change_ends_an_upload_under_way() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    custody.upload(2).unwrap();
+    let mut custody = Custody::with_sets(&mut nor, 2);
     let bytes = encoded(&numbered(3));
     custody.change(&KEY, upload_of(&bytes)).unwrap();
     custody.roll_back(1).unwrap();
@@ -360,11 +324,7 @@ fn any_change_ends_an_upload_under_way() {
 #[test]
 fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
-    custody.provision();
-    custody.upload(1).unwrap();
-    custody.upload(2).unwrap();
-    drop(custody);
+    drop(Custody::with_sets(&mut nor, 2));
     let mut log = Log::new(&mut nor, LOG);
     let mut end = block_on(log.end()).unwrap();
     while log.has_room(&end) {
@@ -378,12 +338,7 @@ fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
     }
     let operations = nor.operations;
     let mut custody = Custody::start(&mut nor);
-    for act in [
-        upload_of(&encoded(&numbered(3))),
-        Act::Rollback(id(1)),
-        Act::FactoryReset,
-        Act::Provision(OTHER_KEY),
-    ] {
+    for act in acts() {
         assert_eq!(custody.change(&KEY, act), Err(Refusal::LogFull));
     }
     assert_eq!(custody.active(), Some(numbered(2)));

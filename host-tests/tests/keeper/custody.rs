@@ -51,6 +51,16 @@ impl<'f> Custody<'f> {
         custody::signed(key, &challenge, act)
     }
 
+    /// Starts a keeper on erased flash, and gives it a key and sets 1 to `last`.
+    pub fn with_sets(nor: &'f mut Nor, last: u32) -> Self {
+        let mut custody = Self::start(nor);
+        custody.provision();
+        for number in 1..=last {
+            custody.upload(number).unwrap();
+        }
+        custody
+    }
+
     pub fn provision(&mut self) {
         assert_eq!(self.change(&KEY, Act::Provision(KEY)), Ok(Response::Done));
     }
@@ -92,4 +102,14 @@ impl<'f> Custody<'f> {
 
 pub fn id(number: u32) -> SetId {
     CoefficientSet::id_of(&encoded(&numbered(number)))
+}
+
+/// A change of each kind, possible on a board with sets 1 and 2.
+pub fn acts() -> Vec<Act> {
+    vec![
+        upload_of(&encoded(&numbered(3))),
+        Act::Rollback(id(1)),
+        Act::FactoryReset,
+        Act::Provision(OTHER_KEY),
+    ]
 }

@@ -1,27 +1,12 @@
 //! The archive while the power lasts.
 
 use embassy_futures::block_on;
-use hexsense::store::{Archive, ArchiveError, CoefficientSet, RecordError, Stored};
+use hexsense::store::{Archive, ArchiveError, CoefficientSet, RecordError};
 
 use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{encoded, numbered, uploaded};
 
-/// Pages that the board gives to the archive.
-const PAGES: usize = 8;
-
-fn append(nor: &mut Nor, number: u32) -> Stored {
-    let mut archive = Archive::new(nor, 0);
-    let active = block_on(archive.history(0)).unwrap();
-    let active = active.first().map(|newest| newest.slot);
-    block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).unwrap()
-}
-
-fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
-    let mut archive = Archive::new(nor, 0);
-    let newest = *block_on(archive.history(0)).unwrap().first()?;
-    let set = block_on(archive.read(newest.slot)).unwrap();
-    Some((newest, set.expect("what history tells can be read")))
-}
+use crate::appends::{PAGES, append, newest};
 
 #[test]
 fn an_empty_archive_has_no_set_and_reading_it_changes_nothing() {
@@ -34,7 +19,7 @@ fn an_empty_archive_has_no_set_and_reading_it_changes_nothing() {
 fn the_last_set_appended_is_the_newest_however_many_came_before() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=100 {
-        let stored = append(&mut nor, number);
+        let stored = append(&mut nor, number).unwrap();
         let bytes = encoded(&numbered(number));
         assert_eq!(
             (stored.entry, stored.id, usize::from(stored.length)),
@@ -49,7 +34,7 @@ fn the_last_set_appended_is_the_newest_however_many_came_before() {
 fn pages_wear_evenly() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=320 {
-        append(&mut nor, number);
+        append(&mut nor, number).unwrap();
     }
     assert_eq!(nor.erasures, [40; PAGES]);
 }
@@ -57,7 +42,7 @@ fn pages_wear_evenly() {
 #[test]
 fn the_active_set_is_never_overwritten_however_old_it_is() {
     let mut nor = Nor::new(PAGES);
-    let pinned = append(&mut nor, 1);
+    let pinned = append(&mut nor, 1).unwrap();
     for number in 2..=30 {
         let (entry, set) = (uploaded(number), encoded(&numbered(number)));
         let mut archive = Archive::new(&mut nor, 0);
@@ -72,11 +57,11 @@ fn the_active_set_is_never_overwritten_however_old_it_is() {
 fn a_page_that_is_worn_out_is_passed_over() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=3 {
-        append(&mut nor, number);
+        append(&mut nor, number).unwrap();
     }
     nor.worn_out = 3 * PAGE as u32..4 * PAGE as u32;
     for number in 4..=30 {
-        append(&mut nor, number);
+        append(&mut nor, number).unwrap();
         let (newest, _) = newest(&mut nor).unwrap();
         assert_eq!(newest.entry, uploaded(number));
     }
@@ -85,7 +70,7 @@ fn a_page_that_is_worn_out_is_passed_over() {
 #[test]
 fn bytes_that_are_no_set_are_refused_and_nothing_is_written() {
     let mut nor = Nor::new(PAGES);
-    append(&mut nor, 1);
+    append(&mut nor, 1).unwrap();
     let (before, operations) = (newest(&mut nor), nor.operations);
     let mut damaged = encoded(&numbered(2));
     damaged[40] ^= 1;
@@ -107,7 +92,7 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
     for stored in [5, 20] {
         let mut nor = Nor::new(PAGES);
         for number in 1..=stored {
-            append(&mut nor, number);
+            append(&mut nor, number).unwrap();
         }
         nor.worn_out = nor.range();
         let mut archive = Archive::new(&mut nor, 0);
@@ -126,7 +111,7 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
 fn the_last_eight_are_kept_newest_first_and_none_from_before_a_reset() {
     let mut nor = Nor::new(PAGES);
     for number in 1..=30 {
-        append(&mut nor, number);
+        append(&mut nor, number).unwrap();
         let mut archive = Archive::new(&mut nor, 0);
         let mut kept = |after| {
             let kept = block_on(archive.history(after)).unwrap();

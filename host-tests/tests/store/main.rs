@@ -1,5 +1,6 @@
 //! The coefficient record and the archive: a set is whole or refused, and a power cut leaves the old or the new one.
 
+mod appends;
 mod archive;
 mod power_cuts;
 mod record;

@@ -1,30 +1,13 @@
 //! The power goes in every operation of an append: the old set or the new one is active afterwards, whole.
 
-use embassy_futures::block_on;
-use hexsense::store::{Archive, CoefficientSet, Stored};
+use hexsense::store::{CoefficientSet, Stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use host_tests::nor_flash::{Nor, Torn};
-use host_tests::sets::{encoded, numbered, uploaded};
+use host_tests::sets::numbered;
 
-/// Pages that the board gives to the archive.
-const PAGES: usize = 8;
-
-fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
-    let mut archive = Archive::new(nor, 0);
-    let active = block_on(archive.history(0)).ok()?;
-    let active = active.first().map(|newest| newest.slot);
-    block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).ok()
-}
-
-fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
-    let mut archive = Archive::new(nor, 0);
-    let history = block_on(archive.history(0)).expect("it can be read after any power cut");
-    let newest = *history.first()?;
-    let set = block_on(archive.read(newest.slot)).expect("it can be read after any power cut");
-    Some((newest, set.expect("what history tells can be read")))
-}
+use crate::appends::{PAGES, append, newest};
 
 /// Appends set `number` to `nor` with the power going as arranged; checks what is there afterwards, and that the next
 /// append works. Returns whether the power had gone.

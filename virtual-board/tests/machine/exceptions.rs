@@ -102,6 +102,15 @@ fn primask_and_basepri_hold_interrupts_back_until_they_are_lifted() {
     }
 }
 
+/// The FPU on, interrupt 20 enabled, and a number in s0.
+fn with_s0(number: f32) -> Code {
+    Code::new()
+        .store(0xE000_ED88, 0xF << 20)
+        .enable(20, 0x40)
+        .load(0, number.to_bits())
+        .raw(&[0xEE00, 0x0A10]) // vmov s0, r0
+}
+
 #[test]
 fn floating_point_registers_survive_an_interrupt() {
     // Handler: s0 = r0 = 7.0 as bits, and its return code.
@@ -111,11 +120,7 @@ fn floating_point_registers_survive_an_interrupt() {
         .raw(&[0x4670])
         .save(1, 0)
         .ret();
-    let main = Code::new()
-        .store(0xE000_ED88, 0xF << 20)
-        .enable(20, 0x40)
-        .load(0, 2.5_f32.to_bits())
-        .raw(&[0xEE00, 0x0A10]) // vmov s0, r0
+    let main = with_s0(2.5)
         .pend(20)
         .raw(&[0xEE10, 0x0A10]) // vmov r0, s0
         .save(0, 0)
@@ -137,11 +142,7 @@ fn a_floating_point_comparison_survives_an_interrupt() {
         .load(0, 0)
         .raw(&[0xEE00, 0x0A10, 0xEEB5, 0x0A40])
         .ret();
-    let main = Code::new()
-        .store(0xE000_ED88, 0xF << 20)
-        .enable(20, 0x40)
-        .load(0, 2.5_f32.to_bits())
-        .raw(&[0xEE00, 0x0A10]) // vmov s0, r0
+    let main = with_s0(2.5)
         .raw(&[0xEEB5, 0x0A40]) // vcmp.f32 s0, #0
         .pend(20)
         .raw(&[0xEEF1, 0x0A10]) // vmrs r0, fpscr
