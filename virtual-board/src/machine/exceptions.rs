@@ -34,6 +34,7 @@ const FPCA: u32 = 1 << 2;
 /// What the emulator has beside FPCA while a floating-point context is active. Without it the next floating-point
 /// instruction begins a new context, with FPSCR as by default: a comparison that an interrupt came behind would be lost.
 const SFPA: u32 = 1 << 3;
+const FP_CONTEXT: u32 = FPCA | SFPA;
 const SPSEL: u32 = 1 << 1;
 
 // Numbers by which the emulator names what it met.
@@ -117,7 +118,7 @@ impl Machine {
         self.set_register(RegisterARM::XPSR, flags | 0x0100_0000 | exception as u32);
         // In handler mode the main stack is in use, and no floating-point context is active.
         let control = self.register(RegisterARM::CONTROL);
-        self.set_register(RegisterARM::CONTROL, control & !(FPCA | SFPA));
+        self.set_register(RegisterARM::CONTROL, control & !FP_CONTEXT);
         self.refresh_mode();
         let handler = self.word(vector).unwrap_or(0);
         if handler & 1 == 0 {
@@ -257,13 +258,13 @@ impl Machine {
             let stack = if process_stack { SPSEL } else { 0 };
             self.set_register(
                 RegisterARM::CONTROL,
-                privilege | stack | if fp_context { FPCA | SFPA } else { 0 },
+                privilege | stack | if fp_context { FP_CONTEXT } else { 0 },
             );
         } else {
-            let control = self.register(RegisterARM::CONTROL) & !(FPCA | SFPA);
+            let control = self.register(RegisterARM::CONTROL) & !FP_CONTEXT;
             self.set_register(
                 RegisterARM::CONTROL,
-                control | if fp_context { FPCA | SFPA } else { 0 },
+                control | if fp_context { FP_CONTEXT } else { 0 },
             );
         }
         self.refresh_mode();

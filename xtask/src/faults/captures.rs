@@ -64,16 +64,18 @@ fn judge(
         format!("{faults} faults left {} gaps in the capture", gaps.len())
     });
     let told = note["gaps"].as_array().context("it names no gaps")?;
-    let same = told.iter().zip(&gaps).all(|(told, gap)| {
-        told["first_scan"] == capture.scans[gap.before - 1] + 1 && told["scans"] == gap.missing
-    });
-    outcome.check(same && told.len() == gaps.len(), || {
-        format!("the capture has gaps {gaps:?}, its note {told:?}")
-    });
     let begins: Vec<u64> = gaps
         .iter()
         .map(|gap| capture.scans[gap.before - 1] + 1)
         .collect();
+    let found = gaps.iter().zip(&begins);
+    let same = told
+        .iter()
+        .zip(found)
+        .all(|(told, (gap, begin))| told["first_scan"] == *begin && told["scans"] == gap.missing);
+    outcome.check(same && told.len() == gaps.len(), || {
+        format!("the capture has gaps {gaps:?}, its note {told:?}")
+    });
     let apart = (f64::from(RATE_HZ) * APART_S) as u64;
     let late = |pair: &[u64]| (pair[1] - pair[0]).abs_diff(apart) > LATE;
     outcome.check(!begins.windows(2).any(late), || {
