@@ -11,9 +11,8 @@ use hexsense::channel::{CHANNELS, INERTIAL, JACKS};
 use hexsense::harmonics::{ChannelSums, Drive, Harmonics, Replay, Solver};
 use hexsense::live_motion::Motion;
 use hexsense::live_pose::Tracker;
-use hexsense::wire::Refusal;
 use hexsense::wire::message::Fit;
-use hexsense::wire::{HarmonicState, PoseRefusal, Response};
+use hexsense::wire::{HarmonicState, PoseRefusal, Refusal, Response};
 
 use super::exchange::{Exchange, Guard};
 use super::path;

@@ -11,8 +11,8 @@
 //! | `hexsense::…::add_up`, `Sums<6>::add` | the same for the jacks |
 //!
 //! For one size of block, and as many analysers that are not idle, every block takes the same instructions: nothing
-//! branches on a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the sampling
-//! task's executor, which is pended here and runs later, see [`announce`].
+//! branches on a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the
+//! sampling task's executor, which is pended here and runs later, see [`announce`].
 //!
 //! The state is one cell that is borrowed with interrupts masked: by the sample interrupt for a block, by the others
 //! between two blocks and for some microseconds. So a command takes effect between blocks, whole.

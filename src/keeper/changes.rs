@@ -64,8 +64,7 @@ impl<F: NorFlash> Keeper<F> {
         let entry = self.entry(Reason::FactoryReset, None, unix_s);
         self.append(&entry).await?;
         self.active = None;
-        let erased = self.archive().erase().await;
-        erased.map_err(|_| Refusal::Erasure)?;
+        self.erase_sets().await?;
         Ok(Response::Erased { sets })
     }
 

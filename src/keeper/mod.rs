@@ -83,7 +83,7 @@ pub struct Keeper<F: NorFlash> {
     flash: F,
     board: [u8; 12],
     end: End,
-    /// Entry of a change that was made and not logged, because the flash failed.
+    /// Entry of a change that was made and is not logged: the power went in between, or the flash failed.
     unlogged: Option<Entry>,
     /// Whether the archive holds sets from before the last factory reset, and no other.
     is_outdated: bool,
@@ -225,6 +225,11 @@ impl<F: NorFlash> Keeper<F> {
             content,
             slot: stored.slot,
         });
+    }
+
+    async fn erase_sets(&mut self) -> Result<(), Refusal> {
+        let erased = self.archive().erase().await;
+        erased.map_err(|_| Refusal::Erasure)
     }
 
     fn active_id(&self) -> Option<SetId> {

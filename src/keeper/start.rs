@@ -59,8 +59,7 @@ impl<F: NorFlash> Keeper<F> {
             self.follow_up(&entry).await?;
         }
         if self.is_outdated {
-            let erased = self.archive().erase().await;
-            erased.map_err(|_| Refusal::Erasure)?;
+            self.erase_sets().await?;
         }
         Ok(())
     }
