@@ -13,11 +13,11 @@ use std::f64::consts::TAU;
 use std::sync::Mutex;
 use std::thread;
 
-use hexsense::channel::{CHANNELS, INERTIAL};
-use hexsense::harmonics::{
+use hexsense_core::channel::{CHANNELS, INERTIAL};
+use hexsense_core::harmonics::{
     Analyser, Drive, HARMONICS, Harmonic, Harmonics, Series, increment, largest_block, solve,
 };
-use hexsense::sampling::{BlockSize, BlockSums};
+use hexsense_core::sampling::{BlockSize, BlockSums};
 use serde::{Deserialize, Serialize};
 
 /// Phases of each case.

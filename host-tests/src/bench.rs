@@ -3,10 +3,10 @@
 //! The converter has the gain, offset, noise and supply that the twin tells every board; conversions are taken at the
 //! instants of the scan by the board's wrong clock. What is left out is everything that makes the board a board.
 
-use hexsense::channel::{CHANNELS, INERTIAL, Scan};
-use hexsense::excitation::Program;
-use hexsense::kinematics::displacements;
-use hexsense::sampling::instant_s;
+use hexsense_core::channel::{CHANNELS, INERTIAL, Scan};
+use hexsense_core::excitation::Program;
+use hexsense_core::kinematics::displacements;
+use hexsense_core::sampling::instant_s;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;

@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::thread;
 use std::time::Instant;
 
-use hexsense::kinematics::{
+use hexsense_core::kinematics::{
     Angles, Convention, ForwardError, Geometry, Options, Pose, Solution, Solver, Tracker, inverse,
 };
 use nalgebra::Vector3;

@@ -1,6 +1,6 @@
 //! Whole campaigns that were given too little time to settle, or whose jacks are noisy: the budget sees it.
 
-use hexsense::channel::INERTIAL;
+use hexsense_core::channel::INERTIAL;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::belief::Belief;
 use hexsense_probe::analysis::campaign::Campaign;

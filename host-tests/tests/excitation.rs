@@ -4,10 +4,12 @@ use std::f64::consts::TAU;
 
 use approx::assert_relative_eq;
 use heapless::Vec;
-use hexsense::excitation::crest::{Line, crest_factor, low_crest_phases, schroeder_phases};
-use hexsense::excitation::multisine::{Multisine, Timing, shared};
-use hexsense::excitation::{DegreeOfFreedom, Program, RampShape, Ramps, Signal, Sine, smooth_step};
-use hexsense::kinematics::Geometry;
+use hexsense_core::excitation::crest::{Line, crest_factor, low_crest_phases, schroeder_phases};
+use hexsense_core::excitation::multisine::{Multisine, Timing, shared};
+use hexsense_core::excitation::{
+    DegreeOfFreedom, Program, RampShape, Ramps, Signal, Sine, smooth_step,
+};
+use hexsense_core::kinematics::Geometry;
 use nalgebra::{Matrix3, Vector3};
 
 /// First and second derivative by central differences.

@@ -1,7 +1,7 @@
 //! The linear fit: known lines, weights, covariance, and rows that do not suffice.
 
 use approx::assert_relative_eq;
-use hexsense::least_squares::NormalEquations;
+use hexsense_core::least_squares::NormalEquations;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// y = 2 + 3x through four points that are off by ±1.

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::channel::INERTIAL;
-use hexsense::harmonics::{Harmonics, Series};
-use hexsense::kinematics::{Pose, inverse};
-use hexsense::live_motion::Motion;
-use hexsense::live_pose::Tracker;
-use hexsense::store::{JackCoefficients, MotionBase};
+use hexsense_core::channel::INERTIAL;
+use hexsense_core::harmonics::{Harmonics, Series};
+use hexsense_core::kinematics::{Pose, inverse};
+use hexsense_core::live_motion::Motion;
+use hexsense_core::live_pose::Tracker;
+use hexsense_core::store::{JackCoefficients, MotionBase};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
 

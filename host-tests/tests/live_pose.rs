@@ -1,10 +1,10 @@
 //! The board's own pose: right from counts on, in single precision, and refused by name where there is none.
 
-use hexsense::channel::{INERTIAL, Scan};
-use hexsense::kinematics::{ForwardError, Geometry, Pose, inverse};
-use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::{BLOCK, BlockSize};
-use hexsense::store::{JackCoefficients, MotionBase};
+use hexsense_core::channel::{INERTIAL, Scan};
+use hexsense_core::kinematics::{ForwardError, Geometry, Pose, inverse};
+use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::sampling::{BLOCK, BlockSize};
+use hexsense_core::store::{JackCoefficients, MotionBase};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS, Scan};
-use hexsense::harmonics::{ANALYSERS, Analyser, Drive, increment};
-use hexsense::sampling::{BlockSize, BlockSums};
-use hexsense::wire::StreamContent;
-use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Scan};
+use hexsense_core::harmonics::{ANALYSERS, Analyser, Drive, increment};
+use hexsense_core::sampling::{BlockSize, BlockSums};
+use hexsense_core::wire::StreamContent;
+use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
 use hexsense_probe::campaign::BoardSums;
 use hexsense_probe::capture::{Capture, CaptureWriter};
 use hexsense_probe::replay::{ReplayError, replay};
@@ -90,14 +90,15 @@ fn sent(scans: &[Scan], first_scan: u64, rate_hz: u32) -> telemetry::Block {
         jacks: &jacks,
         values: &[],
     };
-    let mut buffer = [0; hexsense::wire::MAX_FRAME];
+    let mut buffer = [0; hexsense_core::wire::MAX_FRAME];
     let length = telemetry::encode(&header, samples, 1, &mut buffer).unwrap();
-    let mut deframer = hexsense::wire::frame::Deframer::<{ hexsense::wire::MAX_FRAME }>::default();
+    let mut deframer =
+        hexsense_core::wire::frame::Deframer::<{ hexsense_core::wire::MAX_FRAME }>::default();
     let closed = buffer[..length]
         .iter()
         .find_map(|byte| match deframer.push(*byte) {
-            Some(hexsense::wire::frame::Closed::Frame(bytes)) => {
-                let frame = hexsense::wire::frame::decode(bytes).unwrap();
+            Some(hexsense_core::wire::frame::Closed::Frame(bytes)) => {
+                let frame = hexsense_core::wire::frame::decode(bytes).unwrap();
                 Some(telemetry::decode(frame.payload).unwrap())
             }
             _ => None,

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::Analyser;
-use hexsense::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
-use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase};
-use hexsense::wire::Drive;
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::Analyser;
+use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
+use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase};
+use hexsense_core::wire::Drive;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
 use hexsense_probe::analysis::results::{Analysis, Term, analyse};

@@ -1,10 +1,10 @@
 //! The sample path: right, the same on every machine, and blind to the supply.
 
-use hexsense::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
-use hexsense::sampling::{
+use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
+use hexsense_core::sampling::{
     BLOCK, BlockSize, BlockSums, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s,
 };
-use hexsense::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use proptest::prelude::*;
 
 fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {

@@ -3,11 +3,11 @@
 //! The board solves in `f32`; here the same mean counts and the same coefficients are solved in `f64`, each block from
 //! home. What is between the two is what the board's precision costs.
 
-use hexsense::kinematics::{Angles, Convention, ForwardError, Pose};
-use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::BlockSize;
-use hexsense::store::{BaseError, CoefficientSet, SetId};
-use hexsense::wire::{BoardPose, PoseRefusal, PoseReport, pose};
+use hexsense_core::kinematics::{Angles, Convention, ForwardError, Pose};
+use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::{BaseError, CoefficientSet, SetId};
+use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport, pose};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
@@ -239,9 +239,9 @@ fn coordinates(pose: &BoardPose) -> (Vector3<f64>, Angles<f64>) {
 mod tests {
     use super::*;
     use crate::geometry_file::GeometryFile;
-    use hexsense::channel::INERTIAL;
-    use hexsense::kinematics::displacements;
-    use hexsense::store::{JackCoefficients, MotionBase, TriadCoefficients};
+    use hexsense_core::channel::INERTIAL;
+    use hexsense_core::kinematics::displacements;
+    use hexsense_core::store::{JackCoefficients, MotionBase, TriadCoefficients};
 
     const ID: SetId = SetId([3; 8]);
 

@@ -6,8 +6,8 @@
 use std::path::Path;
 use std::time::UNIX_EPOCH;
 
-use hexsense::channel::{JACKS, Triad};
-use hexsense::store::{
+use hexsense_core::channel::{JACKS, Triad};
+use hexsense_core::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, RecordError, TriadCoefficients,
 };
 use serde::{Deserialize, Serialize};
@@ -342,7 +342,7 @@ pub fn table(set: &CoefficientSet) -> String {
             );
             text += &format!(
                 "{:<7} {:>10.2} ± {:<8.2}   {:>13.6e} ± {:<9.2e} {:<7}   {:>10.3}\n",
-                hexsense::channel::NAMES[triad.first_channel() + axis],
+                hexsense_core::channel::NAMES[triad.first_channel() + axis],
                 coefficients.offset[axis],
                 2.0 * coefficients.offset_uncertainty[axis],
                 gain,

@@ -13,10 +13,10 @@
 
 use std::path::Path;
 
-use hexsense::kinematics::convention::from_z_up;
-use hexsense::kinematics::presets::PRESETS;
-use hexsense::kinematics::{Geometry, GeometryError};
-use hexsense::store::record::MAX_NAME;
+use geometries::PRESETS;
+use hexsense_core::kinematics::convention::from_z_up;
+use hexsense_core::kinematics::{Geometry, GeometryError};
+use hexsense_core::store::record::MAX_NAME;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};

@@ -7,7 +7,7 @@ use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use hexsense::wire::change::Key;
+use hexsense_core::wire::change::Key;
 
 use crate::files;
 

@@ -4,11 +4,11 @@
 //! cosines and sines of all fifteen channels. A difference means that the capture does not hold what the board
 //! measured, or that board and host compute differently, and nothing found from either is to be trusted.
 
-use hexsense::channel::{NAMES, Scan};
-use hexsense::harmonics::{Analyser, ChannelSums, HARMONICS};
-use hexsense::sampling::{BlockSums, Calibrator, Values};
-use hexsense::store::CoefficientSet;
-use hexsense::wire::Drive;
+use hexsense_core::channel::{NAMES, Scan};
+use hexsense_core::harmonics::{Analyser, ChannelSums, HARMONICS};
+use hexsense_core::sampling::{BlockSums, Calibrator, Values};
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::Drive;
 
 use crate::campaign::BoardSums;
 use crate::capture::Capture;

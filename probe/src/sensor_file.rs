@@ -9,8 +9,8 @@
 
 use std::path::Path;
 
-use hexsense::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
-use hexsense::channel::{COUNTS_AT_SUPPLY, Triad};
+use hexsense_core::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
+use hexsense_core::channel::{COUNTS_AT_SUPPLY, Triad};
 use serde::Deserialize;
 
 use crate::files::{self, FileError};

@@ -1,6 +1,6 @@
 //! Files with any number replaced by any other thing: refused with the file's name, or used; never a panic.
 
-use hexsense::kinematics::presets::PRESETS;
+use geometries::PRESETS;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::{Plan, campaign, limits};

@@ -10,8 +10,8 @@ use fake::line::lockstep;
 use fake::set::set;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
-use hexsense::kinematics::presets::PRESETS;
-use hexsense::wire::VERSION;
+use geometries::PRESETS;
+use hexsense_core::wire::VERSION;
 use hexsense_probe::coefficient_file;
 use tempfile::TempDir;
 

@@ -9,10 +9,10 @@ use fake::key::KEY;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
-use hexsense::store::log::{Entry, Reason};
-use hexsense::store::{CoefficientSet, SetId};
-use hexsense::wire::Refusal;
-use hexsense::wire::change::Key;
+use hexsense_core::store::log::{Entry, Reason};
+use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::wire::Refusal;
+use hexsense_core::wire::change::Key;
 use hexsense_probe::link::{ChangeError, Client, UploadError};
 
 const OTHER_KEY: Key = Key([0x0D; 32]);

@@ -10,7 +10,7 @@ use fake::FakeBoard;
 use fake::key::KEY;
 use fake::line::lockstep;
 use fake::source::Still;
-use hexsense::store::CoefficientSet;
+use hexsense_core::store::CoefficientSet;
 use hexsense_probe::{coefficient_file, key_file};
 use serde_json::Value;
 use tempfile::TempDir;

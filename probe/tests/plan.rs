@@ -281,7 +281,7 @@ fn every_bad_multisine_is_refused_with_file_key_value_and_limit() {
 #[test]
 fn limits_of_hinges_come_from_the_geometry_file_and_are_printed_drawn_and_enforced() {
     let folder = tempfile::tempdir().unwrap();
-    let preset = include_str!("../../src/kinematics/presets/an-74tk-200.toml");
+    let preset = include_str!("../../geometries/an-74tk-200.toml");
     let with = |keys: &str| preset.replace("length_min", &format!("{keys}\nlength_min"));
     let plan = |text: String| {
         std::fs::write(folder.path().join("base.toml"), text).unwrap();

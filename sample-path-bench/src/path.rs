@@ -2,10 +2,10 @@
 
 use core::hint::black_box;
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::{Analyser, Drive, Step, increment, solve};
-use hexsense::sampling::{BlockSize, BlockSums, Calibrator, Prepared, Values, add_up};
-use hexsense::store::TriadCoefficients;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::harmonics::{Analyser, Drive, Step, increment, solve};
+use hexsense_core::sampling::{BlockSize, BlockSums, Calibrator, Prepared, Values, add_up};
+use hexsense_core::store::TriadCoefficients;
 use static_cell::ConstStaticCell;
 
 use crate::signal;

@@ -7,7 +7,7 @@ use core::num::Wrapping;
 
 use dsp_process::SplitProcess;
 use goertzel_algorithm::Goertzel;
-use hexsense::channel::INERTIAL;
+use hexsense_core::channel::INERTIAL;
 use idsp::{Lockin, Lowpass, LowpassState};
 use static_cell::StaticCell;
 

@@ -25,7 +25,7 @@
 //! Axes are X forward, Y up, Z right; units are SI.
 //!
 //! ```
-//! let (_, geometry_toml) = hexsense::kinematics::presets::PRESETS[0];
+//! let (_, geometry_toml) = geometries::PRESETS[0];
 //! let mut bench = twin::Bench::new(1, geometry_toml)?;
 //! let mut rows = Vec::new();
 //! bench.next_chunk(&mut rows, |motion| assert!(motion.felt.specific_force.0[1] > 9.7))?;

@@ -7,7 +7,7 @@ use twin::Program;
 use twin::geometry::Geometry;
 
 fn good() -> String {
-    let (_, text) = hexsense::kinematics::presets::PRESETS
+    let (_, text) = geometries::PRESETS
         .iter()
         .find(|(name, _)| *name == "tu-204")
         .unwrap();

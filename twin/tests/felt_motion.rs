@@ -331,7 +331,7 @@ fn a_moving_base_vibrates_and_a_still_one_does_not() {
 
 #[test]
 fn every_preset_moves_in_six_axes_and_comes_home() {
-    for (name, text) in hexsense::kinematics::presets::PRESETS {
+    for (name, text) in geometries::PRESETS {
         let geometry = Geometry::parse(text).unwrap();
         for seed in [1, 2] {
             let mut bench = Bench::new(seed, text).unwrap();

@@ -5,7 +5,7 @@
 //! double precision of the same counts: a sine of 0.5 Hz on gravity at 1 kHz, three periods.
 
 use anyhow::Context;
-use hexsense::harmonics::Series;
+use hexsense_core::harmonics::Series;
 use serde::Serialize;
 
 use crate::build::{self, Parts, cargo};

@@ -225,11 +225,11 @@ mod tests {
     #[test]
     fn symbols_go_to_the_first_path_in_their_name() {
         for (name, expected) in [
-            ("hexsense::wire::frame::encode", "hexsense::wire"),
+            ("hexsense_core::wire::frame::encode", "hexsense_core::wire"),
             ("firmware::board::pose::find::POOL", "firmware::board::pose"),
             (
-                "<hexsense::store::record::SetId as core::fmt::Debug>::fmt",
-                "hexsense::store",
+                "<hexsense_core::store::record::SetId as core::fmt::Debug>::fmt",
+                "hexsense_core::store",
             ),
             ("<&T as core::fmt::Debug>::fmt", "core"),
             ("_SEGGER_RTT", "(interrupts, runtime)"),

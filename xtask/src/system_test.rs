@@ -12,7 +12,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
-use hexsense::channel::{CHANNELS, NAMES};
+use hexsense_core::channel::{CHANNELS, NAMES};
 use hexsense_probe::capture::Capture;
 use hexsense_probe::replay::first_wrong_values;
 use hexsense_probe::{coefficient_file, key_file};

@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::sync::LazyLock;
 
-use hexsense::store::CoefficientSet;
-use hexsense::wire::change::Act;
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::change::Act;
 
 use crate::custody::{Custody, KEYS, PAGES, Shared, id};
 use crate::nor_flash::Nor;

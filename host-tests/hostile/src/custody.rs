@@ -4,12 +4,12 @@ use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use hexsense::authority::tag;
-use hexsense::keeper::{Command, Keeper};
-use hexsense::store::{CoefficientSet, Entry, SetId};
-use hexsense::wire::change::{Act, Challenge, Change, Key, Tag};
-use hexsense::wire::message::{CHUNK, Chunk};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::authority::tag;
+use hexsense_core::keeper::{Command, Keeper};
+use hexsense_core::store::{CoefficientSet, Entry, SetId};
+use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
+use hexsense_core::wire::message::{CHUNK, Chunk};
+use hexsense_core::wire::{Refusal, Response};
 use sha2::{Digest, Sha256};
 
 use crate::nor_flash::{Fault, Nor};

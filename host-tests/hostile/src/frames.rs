@@ -1,7 +1,7 @@
 //! Bytes on the line: what comes out of the deframer is what the layout says, and the next good frame is found.
 
-use hexsense::wire::frame::{self, Closed, Deframer, Frame};
-use hexsense::wire::{Kind, MAX_FRAME, MAX_PAYLOAD};
+use hexsense_core::wire::frame::{self, Closed, Deframer, Frame};
+use hexsense_core::wire::{Kind, MAX_FRAME, MAX_PAYLOAD};
 
 use crate::input::Input;
 

@@ -6,13 +6,13 @@
 
 use std::cell::RefCell;
 
-use hexsense::authority::LONGEST_WAIT_MS;
-use hexsense::keeper::Command;
-use hexsense::store::log::Reason;
-use hexsense::store::{Entry, SetId};
-use hexsense::wire::change::{Act, Challenge, Change, Key, Tag};
-use hexsense::wire::message::{CHUNK, Chunk};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::authority::LONGEST_WAIT_MS;
+use hexsense_core::keeper::Command;
+use hexsense_core::store::log::Reason;
+use hexsense_core::store::{Entry, SetId};
+use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
+use hexsense_core::wire::message::{CHUNK, Chunk};
+use hexsense_core::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
 use crate::custody::{Custody, KEYS, Shared, announced, id, signed, upload_of};

@@ -1,14 +1,14 @@
 //! Payloads: none makes a decoder panic, and what decodes is the same after it was encoded again.
 
-use hexsense::channel::{CHANNELS, INERTIAL};
-use hexsense::harmonics::analyser::MAX_BLOCKS;
-use hexsense::harmonics::{Analyser, HARMONICS};
-use hexsense::sampling::BlockSums;
-use hexsense::store::MAX_ENCODED;
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{self, Request, Response};
-use hexsense::wire::telemetry::{self, Block, Samples};
-use hexsense::wire::{Drive, FrameError, MAX_FRAME, PoseReport, frame, pose};
+use hexsense_core::channel::{CHANNELS, INERTIAL};
+use hexsense_core::harmonics::analyser::MAX_BLOCKS;
+use hexsense_core::harmonics::{Analyser, HARMONICS};
+use hexsense_core::sampling::BlockSums;
+use hexsense_core::store::MAX_ENCODED;
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::message::{self, Request, Response};
+use hexsense_core::wire::telemetry::{self, Block, Samples};
+use hexsense_core::wire::{Drive, FrameError, MAX_FRAME, PoseReport, frame, pose};
 
 /// The first byte says whose payload the others are.
 ///

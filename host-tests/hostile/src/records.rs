@@ -8,15 +8,15 @@ use std::cell::RefCell;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense::channel::CHANNELS;
-use hexsense::keeper::{ARCHIVE, KEY};
-use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::Calibrator;
-use hexsense::store::key::{KeyPages, StoredKey};
-use hexsense::store::log::{End, Log, Reason};
-use hexsense::store::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
-use hexsense::wire::change::{Act, Key};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::keeper::{ARCHIVE, KEY};
+use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::sampling::Calibrator;
+use hexsense_core::store::key::{KeyPages, StoredKey};
+use hexsense_core::store::log::{End, Log, Reason};
+use hexsense_core::store::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
+use hexsense_core::wire::change::{Act, Key};
+use hexsense_core::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
 use crate::custody::{Custody, KEYS, PAGES, Shared, id};
@@ -138,7 +138,7 @@ fn flash(input: &mut Input) {
 /// Entries in the logs of the bases.
 const LOGGED: [u32; 4] = [0, 1, 2, 4];
 /// The log in a memory of so many pages.
-const LOG_OF_NOR: std::ops::Range<u32> = hexsense::keeper::LOG.start..(PAGES * PAGE) as u32;
+const LOG_OF_NOR: std::ops::Range<u32> = hexsense_core::keeper::LOG.start..(PAGES * PAGE) as u32;
 
 /// Overwrites some bytes, as no flash could; whether the log is as before.
 fn raw(nor: &RefCell<Nor>, input: &mut Input) -> bool {

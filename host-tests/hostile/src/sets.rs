@@ -1,7 +1,7 @@
 //! Coefficient sets to store.
 
-use hexsense::store::log::Reason;
-use hexsense::store::{
+use hexsense_core::store::log::Reason;
+use hexsense_core::store::{
     CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 

@@ -1,7 +1,7 @@
 //! What the firmware does, by its sources, and the noise that the twin's data sheets promise.
 
-use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense::sampling::{NOMINAL_SUPPLY_V, RATES_HZ};
+use hexsense_core::channel::{COUNTS_AT_SUPPLY, INERTIAL};
+use hexsense_core::sampling::{NOMINAL_SUPPLY_V, RATES_HZ};
 use twin::sheet;
 
 use crate::page::{TIMING, between, number};

@@ -1,8 +1,8 @@
 //! Tables 2 to 5: time, sampling time, ratio and clock of the converters.
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::sampling::{RANK_NS, RATES_HZ};
-use hexsense::wire::telemetry::SUPPLY_HZ;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::sampling::{RANK_NS, RATES_HZ};
+use hexsense_core::wire::telemetry::SUPPLY_HZ;
 use twin::sheet;
 
 use crate::board::{Board, bits, conversion_noise, sensor_density};

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense::sampling::{NOMINAL_SUPPLY_V, RANK_NS, instant_s};
+use hexsense_core::channel::{COUNTS_AT_SUPPLY, INERTIAL};
+use hexsense_core::sampling::{NOMINAL_SUPPLY_V, RANK_NS, instant_s};
 
 use crate::board::{Board, conversion_noise};
 use crate::page::{SUPPLY, agree, between, data_sheet, number, table, three};

@@ -1,8 +1,8 @@
 //! The tables of the page, and the sources of the firmware, as text.
 
-pub const TIMING: &str = include_str!("../../../src/board/timing.rs");
-pub const CLOCK: &str = include_str!("../../../src/board/clock.rs");
-pub const SUPPLY: &str = include_str!("../../../src/board/supply.rs");
+pub const TIMING: &str = include_str!("../../../src/chip/timing.rs");
+pub const CLOCK: &str = include_str!("../../../src/chip/clock.rs");
+pub const SUPPLY: &str = include_str!("../../../src/sampling/supply.rs");
 pub const README: &str = include_str!("../../../README.md");
 const PAGE: &str = include_str!("../../../docs/acquisition.md");
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hexsense::sampling::RATES_HZ;
+use hexsense_core::sampling::RATES_HZ;
 use twin::{sheet, vibration};
 
 use crate::board::{

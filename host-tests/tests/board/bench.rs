@@ -5,10 +5,12 @@ use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use hexsense::wire::frame::{self, Closed, Deframer};
-use hexsense::wire::message::{decode_response, encode_request};
-use hexsense::wire::telemetry::{self, Block};
-use hexsense::wire::{Kind, MAX_FRAME, PoseReport, Request, Response, Status, StreamContent, pose};
+use hexsense_core::wire::frame::{self, Closed, Deframer};
+use hexsense_core::wire::message::{decode_response, encode_request};
+use hexsense_core::wire::telemetry::{self, Block};
+use hexsense_core::wire::{
+    Kind, MAX_FRAME, PoseReport, Request, Response, Status, StreamContent, pose,
+};
 use serde::Deserialize;
 
 /// A frame of samples with the time at which its last bit had left the board.

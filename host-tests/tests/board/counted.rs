@@ -1,7 +1,7 @@
 //! Everything that is lost is counted, with its time, and told in the status.
 
-use hexsense::wire::status::{Events, Tally};
-use hexsense::wire::{Kind, MAX_FRAME, frame};
+use hexsense_core::wire::status::{Events, Tally};
+use hexsense_core::wire::{Kind, MAX_FRAME, frame};
 
 use crate::bench::Board;
 use crate::set::upload;
@@ -26,7 +26,7 @@ fn events_after(name: &str, faults: &[&str]) -> Events {
     board.run_s(0.1);
     // Something to receive and to send for whatever disturbs that.
     for _ in 0..4 {
-        board.send(&hexsense::wire::Request::ActiveSet);
+        board.send(&hexsense_core::wire::Request::ActiveSet);
         board.run_s(0.05);
     }
     board.run_s(0.5);

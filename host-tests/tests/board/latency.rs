@@ -1,7 +1,7 @@
 //! From the trigger of a block's last scan to its calibrated values, and to its first bit on the line.
 
-use hexsense::sampling::{BlockSize, RANK_NS};
-use hexsense::wire::Request;
+use hexsense_core::sampling::{BlockSize, RANK_NS};
+use hexsense_core::wire::Request;
 
 use crate::bench::Board;
 use crate::set::upload;

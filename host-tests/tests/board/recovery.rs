@@ -1,8 +1,8 @@
 //! After any reset the board samples with its coefficients at once, and says why it was reset and what it lost.
 
-use hexsense::wire::change::Act;
-use hexsense::wire::status::{ResetCause, Resets, Status};
-use hexsense::wire::{Request, Response};
+use hexsense_core::wire::change::Act;
+use hexsense_core::wire::status::{ResetCause, Resets, Status};
+use hexsense_core::wire::{Request, Response};
 
 use crate::bench::Board;
 use crate::set::{KEY, tagged, upload};

@@ -1,12 +1,12 @@
 //! A coefficient set for the board on the bench, and its upload.
 
-use hexsense::authority::tag;
-use hexsense::store::{
+use hexsense_core::authority::tag;
+use hexsense_core::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
-use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{CHUNK, Chunk};
-use hexsense::wire::{Request, Response};
+use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::message::{CHUNK, Chunk};
+use hexsense_core::wire::{Request, Response};
 use hexsense_probe::geometry_file::GeometryFile;
 
 use sha2::{Digest, Sha256};

@@ -1,9 +1,9 @@
 //! The stack is large enough.
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::increment;
-use hexsense::sampling::BlockSize;
-use hexsense::wire::{Drive, Request, Response};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::increment;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::{Drive, Request, Response};
 
 use crate::bench::Board;
 use crate::set::upload;

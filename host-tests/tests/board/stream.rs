@@ -1,11 +1,11 @@
 //! The stream: whole at every block and rate that the link carries, and its values those of its counts.
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::increment;
-use hexsense::sampling::{BlockSize, Calibrator, RATES_HZ};
-use hexsense::wire::status::Events;
-use hexsense::wire::telemetry::{bits_per_second, scans_of_frame};
-use hexsense::wire::{Drive, Request, Response, StreamContent};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::increment;
+use hexsense_core::sampling::{BlockSize, Calibrator, RATES_HZ};
+use hexsense_core::wire::status::Events;
+use hexsense_core::wire::telemetry::{bits_per_second, scans_of_frame};
+use hexsense_core::wire::{Drive, Request, Response, StreamContent};
 
 use crate::bench::{Arrived, Board};
 use crate::set::upload;

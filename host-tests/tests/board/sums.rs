@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use hexsense::channel::{CHANNELS, Scan};
-use hexsense::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
-use hexsense::sampling::{BlockSize, BlockSums, RATES_HZ};
-use hexsense::wire::message::{Fit, encode_response};
-use hexsense::wire::status::Events;
-use hexsense::wire::{Drive, HarmonicState, MAX_FRAME, Refusal, Request, Response};
+use hexsense_core::channel::{CHANNELS, Scan};
+use hexsense_core::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
+use hexsense_core::sampling::{BlockSize, BlockSums, RATES_HZ};
+use hexsense_core::wire::message::{Fit, encode_response};
+use hexsense_core::wire::status::Events;
+use hexsense_core::wire::{Drive, HarmonicState, MAX_FRAME, Refusal, Request, Response};
 
 use crate::bench::Board;
 use crate::stream::assert_whole;

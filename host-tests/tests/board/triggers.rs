@@ -1,7 +1,7 @@
 //! The sampling instants do not know what else the board does.
 
-use hexsense::sampling::BlockSize;
-use hexsense::wire::Request;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::Request;
 
 use crate::bench::Board;
 use crate::set::upload;

@@ -1,7 +1,7 @@
 //! No sample is lost while coefficients are written.
 
-use hexsense::wire::Request;
-use hexsense::wire::status::Events;
+use hexsense_core::wire::Request;
+use hexsense_core::wire::status::Events;
 
 use crate::bench::Board;
 use crate::set::upload;

@@ -1,7 +1,7 @@
 //! Terms add in squares.
 
 use approx::assert_relative_eq;
-use hexsense::calibration::budget::{Budget, Cause, Shape, uniform};
+use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
 
 #[test]
 fn independent_contributions_add_in_squares_and_causes_stay_apart() {

@@ -1,6 +1,6 @@
 //! Normal gravity against published values.
 
-use hexsense::calibration::gravity::normal_gravity_m_s2;
+use hexsense_core::calibration::gravity::normal_gravity_m_s2;
 
 #[test]
 fn normal_gravity_is_that_of_the_world_geodetic_system() {

@@ -3,8 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
-use hexsense::harmonics::Series;
+use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
+use hexsense_core::harmonics::Series;
 use nalgebra::{Complex, Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadError, TriadFit, fit_triad};
+use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadError, TriadFit, fit_triad};
 use nalgebra::{Complex, Matrix3, Vector3};
 use proptest::prelude::*;
 

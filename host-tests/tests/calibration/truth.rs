@@ -5,10 +5,10 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::calibration::truth::{Site, coordinates, sine_truth, specific_force_at_rest};
-use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense::harmonics::{Harmonic, Harmonics, Series, Uncertainty};
-use hexsense::kinematics::{Angles, Convention, Geometry, Pose};
+use hexsense_core::calibration::truth::{Site, coordinates, sine_truth, specific_force_at_rest};
+use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
+use hexsense_core::harmonics::{Harmonic, Harmonics, Series, Uncertainty};
+use hexsense_core::kinematics::{Angles, Convention, Geometry, Pose};
 use nalgebra::{Complex, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 const G: f64 = 9.81;

@@ -1,7 +1,7 @@
 //! A zero run at rest is accepted; one that moved, drifted or holds no numbers is refused with what it did.
 
 use approx::assert_relative_eq;
-use hexsense::calibration::zero::{SEGMENTS, ZeroError, ZeroLimits, zero};
+use hexsense_core::calibration::zero::{SEGMENTS, ZeroError, ZeroLimits, zero};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::{
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::harmonics::{
     Analyser, ChannelSums, Drive, Harmonics, Series, increment, largest_block, solve, solve_channel,
 };
-use hexsense::sampling::{BlockSize, BlockSums, instant_s};
+use hexsense_core::sampling::{BlockSize, BlockSums, instant_s};
 use host_tests::accuracy::{cases, measure};
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{Analyser, Drive, Harmonics, Replay, Solver, solve};
-use hexsense::sampling::{BLOCK, BlockSize, BlockSums};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::{Analyser, Drive, Harmonics, Replay, Solver, solve};
+use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums};
 
 use crate::reference;
 

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::choice::mistaken;
-use hexsense::harmonics::{Analyser, Drive, increment, largest_block, solve};
-use hexsense::sampling::{BlockSize, BlockSums};
-use hexsense::wire::HarmonicState;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::harmonics::choice::mistaken;
+use hexsense_core::harmonics::{Analyser, Drive, increment, largest_block, solve};
+use hexsense_core::sampling::{BlockSize, BlockSums};
+use hexsense_core::wire::HarmonicState;
 
 use crate::accuracy::sums;
 

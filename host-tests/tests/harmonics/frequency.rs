@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::harmonics::fit_frequency;
+use hexsense_core::harmonics::fit_frequency;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,10 +1,10 @@
 //! How far the sums reach, and what they say of themselves on the way.
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::analyser::MAX_BLOCKS;
-use hexsense::harmonics::{Analyser, Drive, DriveError, solve};
-use hexsense::sampling::{BLOCK, BlockSize, BlockSums};
-use hexsense::wire::HarmonicState;
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::analyser::MAX_BLOCKS;
+use hexsense_core::harmonics::{Analyser, Drive, DriveError, solve};
+use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums};
+use hexsense_core::wire::HarmonicState;
 
 use crate::board::drive;
 

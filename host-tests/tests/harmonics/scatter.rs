@@ -6,9 +6,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{Analyser, Harmonics, Series, solve};
-use hexsense::sampling::{BLOCK, BlockSums};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::{Analyser, Harmonics, Series, solve};
+use hexsense_core::sampling::{BLOCK, BlockSums};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

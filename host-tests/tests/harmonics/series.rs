@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::harmonics::Series;
+use hexsense_core::harmonics::Series;
 use proptest::collection::vec;
 use proptest::prelude::*;
 

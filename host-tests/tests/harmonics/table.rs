@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense::harmonics::table::{ONE, Waves};
+use hexsense_core::harmonics::table::{ONE, Waves};
 
 /// Phases spread over the turn, off the table's entries, and the ends of the turn's quarters.
 fn phases() -> impl Iterator<Item = u32> {

@@ -2,14 +2,14 @@
 
 use std::cell::RefCell;
 
-use hexsense::harmonics::analyser::MAX_BLOCKS;
-use hexsense::harmonics::drive::increment;
-use hexsense::harmonics::{Drive, DriveError};
-use hexsense::sampling::{BlockSize, RATES_HZ};
-use hexsense::store::{CoefficientSet, MAX_ENCODED};
-use hexsense::wire::change::Act;
-use hexsense::wire::message::{CHUNK, Request, decode_request, encode_request};
-use hexsense::wire::{MAX_FRAME, Refusal, Response, frame};
+use hexsense_core::harmonics::analyser::MAX_BLOCKS;
+use hexsense_core::harmonics::drive::increment;
+use hexsense_core::harmonics::{Drive, DriveError};
+use hexsense_core::sampling::{BlockSize, RATES_HZ};
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::wire::change::Act;
+use hexsense_core::wire::message::{CHUNK, Request, decode_request, encode_request};
+use hexsense_core::wire::{MAX_FRAME, Refusal, Response, frame};
 use hostile::bases::{BASES, CONTENTS};
 use hostile::custody::{Custody, KEYS, Shared, upload_of};
 use hostile::sets::{encoded, numbered};

@@ -1,12 +1,12 @@
 //! Nobody without the key changes anything, and nothing that was said once serves again.
 
 use embassy_futures::block_on;
-use hexsense::authority::{CHALLENGE_MS, LONGEST_WAIT_MS, tag};
-use hexsense::keeper::{Command, UPLOAD_MS};
-use hexsense::store::SetId;
-use hexsense::store::key::{KeyPages, StoredKey};
-use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::authority::{CHALLENGE_MS, LONGEST_WAIT_MS, tag};
+use hexsense_core::keeper::{Command, UPLOAD_MS};
+use hexsense_core::store::SetId;
+use hexsense_core::store::key::{KeyPages, StoredKey};
+use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{BOARD, encoded, numbered};
 use proptest::prelude::*;
@@ -111,7 +111,7 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
         unix_s: 0,
         act: Act::FactoryReset,
     };
-    let elsewhere = hexsense::authority::tag(&KEY, &challenge, &[8; 12], &change);
+    let elsewhere = hexsense_core::authority::tag(&KEY, &challenge, &[8; 12], &change);
     assert_eq!(
         custody.ask(Command::Change(change, elsewhere)),
         Err(Refusal::WrongTag)

@@ -4,12 +4,12 @@ use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
-use hexsense::store::log::{Log, Reason};
-use hexsense::store::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
-use hexsense::wire::change::Act;
-use hexsense::wire::message::Chunk;
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
+use hexsense_core::store::log::{Log, Reason};
+use hexsense_core::store::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
+use hexsense_core::wire::change::Act;
+use hexsense_core::wire::message::Chunk;
+use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
 use hostile::custody::Shared;

@@ -2,10 +2,10 @@
 
 use std::ops::{Deref, DerefMut};
 
-use hexsense::keeper::Command;
-use hexsense::store::{CoefficientSet, SetId};
-use hexsense::wire::change::{Act, Change, Key, Tag};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::keeper::Command;
+use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::wire::change::{Act, Change, Key, Tag};
+use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
 use hostile::custody;

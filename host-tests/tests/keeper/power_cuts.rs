@@ -1,9 +1,9 @@
 //! The power goes in every operation of every change: afterwards all is as before or as it was to be, and the log
 //! tells which.
 
-use hexsense::store::CoefficientSet;
-use hexsense::wire::change::{Act, Key};
-use hexsense::wire::{Refusal, Response};
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::change::{Act, Key};
+use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, Torn};
 use host_tests::sets::numbered;
 use rand::{RngExt, SeedableRng};

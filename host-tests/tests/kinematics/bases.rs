@@ -1,8 +1,8 @@
 //! The motion bases that the tests run on, and random poses of them.
 
-use hexsense::kinematics::convention::from_z_up;
-use hexsense::kinematics::presets::PRESETS;
-use hexsense::kinematics::{Geometry, Pose, inverse, jacobian};
+use geometries::PRESETS;
+use hexsense_core::kinematics::convention::from_z_up;
+use hexsense_core::kinematics::{Geometry, Pose, inverse, jacobian};
 use hexsense_probe::geometry_file::GeometryFile;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use approx::{assert_abs_diff_eq, assert_abs_diff_ne};
-use hexsense::kinematics::convention::{from_z_up, to_z_up};
-use hexsense::kinematics::{Angles, Convention, inverse};
+use hexsense_core::kinematics::convention::{from_z_up, to_z_up};
+use hexsense_core::kinematics::{Angles, Convention, inverse};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 

@@ -1,11 +1,11 @@
 //! Jacobian, twist, acceleration and body rates against automatic and numerical differentiation.
 
 use approx::assert_abs_diff_eq;
-use hexsense::kinematics::rates::{
+use hexsense_core::kinematics::rates::{
     Acceleration, SingularPose, Twist, acceleration, angle_rates, body_rates, jack_accelerations,
     jack_speeds, twist,
 };
-use hexsense::kinematics::{Angles, Convention, Geometry, Pose, inverse, jacobian};
+use hexsense_core::kinematics::{Angles, Convention, Geometry, Pose, inverse, jacobian};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use num_dual::{Dual64, DualNum};
 use rand::SeedableRng;

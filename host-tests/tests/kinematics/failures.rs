@@ -1,7 +1,7 @@
 //! Everything that is not a pose is told apart, and nothing wrong is returned as a pose.
 
-use hexsense::kinematics::forward::{ForwardError, Options, Solver};
-use hexsense::kinematics::{Pose, inverse, jacobian};
+use hexsense_core::kinematics::forward::{ForwardError, Options, Solver};
+use hexsense_core::kinematics::{Pose, inverse, jacobian};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rand::SeedableRng;

@@ -1,8 +1,8 @@
 //! The representative bases are those of the design table, and home is where it should be.
 
 use approx::assert_abs_diff_eq;
-use hexsense::kinematics::forward::{Options, Solver};
-use hexsense::kinematics::{Geometry, GeometryError, Pose, displacements, inverse};
+use hexsense_core::kinematics::forward::{Options, Solver};
+use hexsense_core::kinematics::{Geometry, GeometryError, Pose, displacements, inverse};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::bases::{preset, presets};

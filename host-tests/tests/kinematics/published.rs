@@ -1,9 +1,9 @@
 //! Published tables: hinges, poses and lengths that nobody on this project made up.
 
 use approx::assert_abs_diff_eq;
-use hexsense::kinematics::convention::{from_z_up, to_z_up};
-use hexsense::kinematics::forward::{Options, Solver};
-use hexsense::kinematics::{Angles, Convention, Pose, inverse};
+use hexsense_core::kinematics::convention::{from_z_up, to_z_up};
+use hexsense_core::kinematics::forward::{Options, Solver};
+use hexsense_core::kinematics::{Angles, Convention, Pose, inverse};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,8 @@
 //! Forward kinematics from home: none missed, none wrong, and the figures returned with it are true.
 
-use hexsense::kinematics::forward::{Options, Solver};
-use hexsense::kinematics::jacobian::condition_bound;
-use hexsense::kinematics::{Geometry, Pose, inverse};
+use hexsense_core::kinematics::forward::{Options, Solver};
+use hexsense_core::kinematics::jacobian::condition_bound;
+use hexsense_core::kinematics::{Geometry, Pose, inverse};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

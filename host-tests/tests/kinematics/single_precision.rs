@@ -1,7 +1,7 @@
 //! The board's precision: `f32` against `f64`.
 
-use hexsense::kinematics::forward::{Options, Solver};
-use hexsense::kinematics::{Pose, inverse};
+use hexsense_core::kinematics::forward::{Options, Solver};
+use hexsense_core::kinematics::{Pose, inverse};
 use nalgebra::UnitQuaternion;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -2,8 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use hexsense::kinematics::forward::{ForwardError, Options, Solver};
-use hexsense::kinematics::{Angles, Convention, Geometry, Pose, Tracker, inverse};
+use hexsense_core::kinematics::forward::{ForwardError, Options, Solver};
+use hexsense_core::kinematics::{Angles, Convention, Geometry, Pose, Tracker, inverse};
 use nalgebra::Vector3;
 
 use crate::bases::{misfit, presets};

@@ -1,7 +1,7 @@
 //! A set is read whole, or refused with the reason.
 
-use hexsense::channel::Triad;
-use hexsense::store::{
+use hexsense_core::channel::Triad;
+use hexsense_core::store::{
     BaseError, CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients,
 };
 use proptest::prelude::*;
@@ -279,13 +279,13 @@ fn a_base_with_home_on_its_stops_is_still_one_when_it_is_stored() {
     for preset in hexsense_probe::geometry_file::preset_names() {
         let geometry = hexsense_probe::geometry_file::GeometryFile::load(preset).unwrap();
         let geometry = geometry.geometry;
-        let lengths = hexsense::kinematics::inverse(&geometry, &geometry.home());
+        let lengths = hexsense_core::kinematics::inverse(&geometry, &geometry.home());
         let (least, greatest) = (
             lengths.into_iter().fold(f64::INFINITY, f64::min),
             lengths.into_iter().fold(0.0, f64::max),
         );
         for (length_min, length_max) in [(least, 9.0), (0.0, greatest)] {
-            let on_stops = hexsense::kinematics::Geometry::new(
+            let on_stops = hexsense_core::kinematics::Geometry::new(
                 *geometry.lower(),
                 *geometry.upper(),
                 length_min,
@@ -293,7 +293,7 @@ fn a_base_with_home_on_its_stops_is_still_one_when_it_is_stored() {
                 Some(geometry.home_height_m()),
             )
             .unwrap();
-            let stored = hexsense::store::MotionBase::new(&on_stops).geometry();
+            let stored = hexsense_core::store::MotionBase::new(&on_stops).geometry();
             assert!(stored.is_ok(), "{preset}: {stored:?}");
         }
     }

@@ -1,11 +1,13 @@
 //! The largest messages fit their frames, and the stream's needs are not understated.
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::sampling::{BlockSize, RATES_HZ};
-use hexsense::store::SetId;
-use hexsense::wire::frame::{self, Closed, Deframer, FrameError};
-use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
-use hexsense::wire::{BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose};
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::sampling::{BlockSize, RATES_HZ};
+use hexsense_core::store::SetId;
+use hexsense_core::wire::frame::{self, Closed, Deframer, FrameError};
+use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::wire::{
+    BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose,
+};
 
 /// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
 fn largest_block(content: StreamContent, scans: usize) -> usize {

@@ -1,7 +1,7 @@
 //! A damaged frame is noticed, and the frame after it is found.
 
-use hexsense::wire::frame::{self, Closed, Deframer, FrameError};
-use hexsense::wire::{Frame, Kind, MAX_FRAME, Request, message};
+use hexsense_core::wire::frame::{self, Closed, Deframer, FrameError};
+use hexsense_core::wire::{Frame, Kind, MAX_FRAME, Request, message};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

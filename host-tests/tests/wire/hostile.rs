@@ -1,8 +1,8 @@
 //! No bytes make a decoder panic.
 
-use hexsense::store::CoefficientSet;
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::{MAX_FRAME, frame, message, pose, telemetry};
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::{MAX_FRAME, frame, message, pose, telemetry};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;

@@ -1,17 +1,17 @@
 //! Any message: proptest strategies for everything that travels.
 
-use hexsense::channel::Triad;
-use hexsense::harmonics::{ChannelSums, DriveError, Uncertainty};
-use hexsense::live_motion::Motion;
-use hexsense::sampling::BlockSize;
-use hexsense::store::Entry;
-use hexsense::store::log::Reason;
-use hexsense::store::{BaseError, RecordError, SetId};
-use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk, Fit, Kept};
-use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
-use hexsense::wire::telemetry::{Block, Header, MOST_SCANS};
-use hexsense::wire::{
+use hexsense_core::channel::Triad;
+use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
+use hexsense_core::live_motion::Motion;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::Entry;
+use hexsense_core::store::log::Reason;
+use hexsense_core::store::{BaseError, RecordError, SetId};
+use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk, Fit, Kept};
+use hexsense_core::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
+use hexsense_core::wire::telemetry::{Block, Header, MOST_SCANS};
+use hexsense_core::wire::{
     BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
     Status, StreamContent,
 };

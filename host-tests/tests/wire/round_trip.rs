@@ -1,10 +1,10 @@
 //! Whatever one side can say, the other side reads as it was said.
 
-use hexsense::channel::{INERTIAL, JACKS, Scan};
-use hexsense::wire::frame::{self, Closed, Deframer};
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::telemetry::Samples;
-use hexsense::wire::{Frame, Kind, MAX_FRAME, message, pose, telemetry};
+use hexsense_core::channel::{INERTIAL, JACKS, Scan};
+use hexsense_core::wire::frame::{self, Closed, Deframer};
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::telemetry::Samples;
+use hexsense_core::wire::{Frame, Kind, MAX_FRAME, message, pose, telemetry};
 use proptest::prelude::*;
 
 use crate::messages;

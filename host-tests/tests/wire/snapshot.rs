@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{encode_request, encode_response};
-use hexsense::wire::telemetry::Samples;
-use hexsense::wire::{
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::message::{encode_request, encode_response};
+use hexsense_core::wire::telemetry::Samples;
+use hexsense_core::wire::{
     Kind, MAX_FRAME, Refusal, Response, StreamContent, VERSION, frame, pose, telemetry,
 };
 

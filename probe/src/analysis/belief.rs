@@ -4,11 +4,11 @@
 //! tolerance; [`Belief::doubts`] lists beliefs with one number changed by its standard uncertainty, so that repeating
 //! the estimate under each shows what that doubt does to every result (GUM 5.1.3, note 2).
 
-use hexsense::calibration::budget::{Cause, Shape, uniform};
-use hexsense::calibration::truth::Site;
-use hexsense::channel::JACKS;
-use hexsense::kinematics::{Geometry, GeometryError};
-use hexsense::store::JackCoefficients;
+use hexsense_core::calibration::budget::{Cause, Shape, uniform};
+use hexsense_core::calibration::truth::Site;
+use hexsense_core::channel::JACKS;
+use hexsense_core::kinematics::{Geometry, GeometryError};
+use hexsense_core::store::JackCoefficients;
 use nalgebra::Vector3;
 
 use crate::geometry_file::GeometryFile;

@@ -3,10 +3,10 @@
 //! The estimate is repeated under each doubt; the change of each result is that doubt's term (GUM 5.1.3, note 2).
 //! What is random, the sensors' noise and wandering, comes from the fits' covariances.
 
-use hexsense::calibration::budget::{Budget, Cause, Shape, uniform};
-use hexsense::calibration::triad::Hold;
-use hexsense::channel::{INERTIAL, JACKS, Triad};
-use hexsense::excitation::DegreeOfFreedom;
+use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
+use hexsense_core::calibration::triad::Hold;
+use hexsense_core::channel::{INERTIAL, JACKS, Triad};
+use hexsense_core::excitation::DegreeOfFreedom;
 use nalgebra::Vector3;
 
 use super::AnalysisError;

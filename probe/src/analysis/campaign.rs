@@ -1,9 +1,9 @@
 //! The runs of a campaign, sorted by what they are for and condensed.
 
-use hexsense::calibration::triad::Noise;
-use hexsense::calibration::zero::{ZeroLimits, zero};
-use hexsense::channel::{INERTIAL, NAMES, Triad};
-use hexsense::excitation::{DegreeOfFreedom, Signal};
+use hexsense_core::calibration::triad::Noise;
+use hexsense_core::calibration::zero::{ZeroLimits, zero};
+use hexsense_core::channel::{INERTIAL, NAMES, Triad};
+use hexsense_core::excitation::{DegreeOfFreedom, Signal};
 
 use super::condense::{Counts, HoldRun, Part, Sweep, before};
 use super::estimate::Condensed;

@@ -5,10 +5,10 @@
 
 use core::ops::Range;
 
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS};
-use hexsense::excitation::{DegreeOfFreedom, Signal, Sine};
-use hexsense::harmonics::Harmonics;
-use hexsense::kinematics::Geometry;
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS};
+use hexsense_core::excitation::{DegreeOfFreedom, Signal, Sine};
+use hexsense_core::harmonics::Harmonics;
+use hexsense_core::kinematics::Geometry;
 
 use super::noise::Scatter;
 use super::{AnalysisError, Run};

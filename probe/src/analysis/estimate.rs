@@ -1,14 +1,16 @@
 //! Offsets, matrices and delays from condensed runs under a belief.
 
-use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
-use hexsense::calibration::truth::{SineTruth, coordinates, sine_truth, specific_force_at_rest};
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS, Triad};
-use hexsense::harmonics::{Harmonic, Harmonics, Series};
-use hexsense::kinematics::forward::{Options, Solver};
-use hexsense::kinematics::{Pose, forward::ForwardError};
-use hexsense::least_squares::NormalEquations;
-use hexsense::live_pose::STROKE_MARGIN_M;
-use hexsense::sampling::instant_s;
+use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
+use hexsense_core::calibration::truth::{
+    SineTruth, coordinates, sine_truth, specific_force_at_rest,
+};
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Triad};
+use hexsense_core::harmonics::{Harmonic, Harmonics, Series};
+use hexsense_core::kinematics::forward::{Options, Solver};
+use hexsense_core::kinematics::{Pose, forward::ForwardError};
+use hexsense_core::least_squares::NormalEquations;
+use hexsense_core::live_pose::STROKE_MARGIN_M;
+use hexsense_core::sampling::instant_s;
 use nalgebra::{Complex, Vector3};
 
 use super::AnalysisError;

@@ -6,9 +6,9 @@
 //! The reference of `hexsense verify` is the base's own pose, differentiated; whoever knows a better one (the twin's
 //! truth) compares with the same [`compare`].
 
-use hexsense::calibration::truth::Site;
-use hexsense::channel::{INERTIAL, JACKS, NAMES, Triad};
-use hexsense::sampling::instant_s;
+use hexsense_core::calibration::truth::Site;
+use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
+use hexsense_core::sampling::instant_s;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -238,7 +238,7 @@ fn reference(
     let mut coordinates: [Vec<f64>; 6] = Default::default();
     for counts in jacks {
         let pose = poses.next(counts)?;
-        let row = hexsense::calibration::truth::coordinates(&pose);
+        let row = hexsense_core::calibration::truth::coordinates(&pose);
         coordinates
             .iter_mut()
             .zip(row)

@@ -7,7 +7,7 @@
 //! The two disagree when they differ by more than four standard uncertainties of the noise and by more than
 //! [`LIMIT_M`] of arm would make: the tape measure that wrote the sensor file is no better, and less does no harm.
 
-use hexsense::channel::{NAMES, Triad};
+use hexsense_core::channel::{NAMES, Triad};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 

@@ -35,11 +35,11 @@ pub mod results;
 pub mod settling;
 pub mod sines;
 
-use hexsense::calibration::triad::TriadError;
-use hexsense::calibration::zero::ZeroError;
-use hexsense::channel::Triad;
-use hexsense::excitation::Program;
-use hexsense::kinematics::forward::ForwardError;
+use hexsense_core::calibration::triad::TriadError;
+use hexsense_core::calibration::zero::ZeroError;
+use hexsense_core::channel::Triad;
+use hexsense_core::excitation::Program;
+use hexsense_core::kinematics::forward::ForwardError;
 
 use crate::capture::Capture;
 
@@ -143,5 +143,5 @@ pub enum AnalysisError {
     },
     /// The result is not fit to be a coefficient set.
     #[error("the result is not a usable coefficient set: {0}")]
-    Record(#[from] hexsense::store::RecordError),
+    Record(#[from] hexsense_core::store::RecordError),
 }

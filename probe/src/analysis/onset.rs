@@ -3,9 +3,9 @@
 //! A motion controller shares no clock with the board. The program of the jack that moves most is slid along what that
 //! jack did; the start is where the two correlate best.
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::excitation::Program;
-use hexsense::kinematics::{Geometry, displacements};
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::excitation::Program;
+use hexsense_core::kinematics::{Geometry, displacements};
 
 use super::AnalysisError;
 use super::condense::Counts;

@@ -1,8 +1,8 @@
 //! The results of a campaign with their uncertainties, and the coefficient set made of them.
 
-use hexsense::calibration::budget::{Budget, Cause, Shape};
-use hexsense::channel::{INERTIAL, NAMES, Triad};
-use hexsense::store::TriadCoefficients;
+use hexsense_core::calibration::budget::{Budget, Cause, Shape};
+use hexsense_core::channel::{INERTIAL, NAMES, Triad};
+use hexsense_core::store::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;

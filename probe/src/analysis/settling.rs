@@ -17,9 +17,9 @@
 //! n + 2√2n being what noise alone reaches in one case of forty, so that a campaign without transients is not charged for
 //! its noise once more. A slow motion that sensors and jacks agree about is no error, and does not count.
 
-use hexsense::calibration::triad::{Hold, Noise, SineRun, TriadFit};
-use hexsense::calibration::truth::SineTruth;
-use hexsense::channel::Triad;
+use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit};
+use hexsense_core::calibration::truth::SineTruth;
+use hexsense_core::channel::Triad;
 use nalgebra::Complex;
 
 use super::AnalysisError;

@@ -5,10 +5,10 @@
 use core::f64::consts::TAU;
 use core::ops::Range;
 
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS, NAMES};
-use hexsense::excitation::{DegreeOfFreedom, Sine};
-use hexsense::harmonics::{Harmonics, Series, fit_frequency};
-use hexsense::kinematics::Geometry;
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, NAMES};
+use hexsense_core::excitation::{DegreeOfFreedom, Sine};
+use hexsense_core::harmonics::{Harmonics, Series, fit_frequency};
+use hexsense_core::kinematics::Geometry;
 
 use super::condense::{Counts, Sweep};
 use super::onset::most_moved;

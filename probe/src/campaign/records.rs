@@ -6,10 +6,10 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::ChannelSums;
-use hexsense::sampling::BlockSize;
-use hexsense::wire::Drive;
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::ChannelSums;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::Drive;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

@@ -28,8 +28,8 @@ mod writer;
 
 use std::ops::Range;
 
-use hexsense::channel::{NAMES, Scan, Triad};
-use hexsense::sampling::Values;
+use hexsense_core::channel::{NAMES, Scan, Triad};
+use hexsense_core::sampling::Values;
 
 pub use reader::Torn;
 pub use writer::CaptureWriter;

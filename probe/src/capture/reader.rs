@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use hexsense::channel::{CHANNELS, INERTIAL};
+use hexsense_core::channel::{CHANNELS, INERTIAL};
 
 use super::{Capture, header};
 use crate::files::{self, FileError};

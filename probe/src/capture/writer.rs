@@ -8,7 +8,7 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use hexsense::wire::telemetry::Block;
+use hexsense_core::wire::telemetry::Block;
 
 use super::header;
 use crate::files::{self, FileError};
@@ -174,10 +174,10 @@ impl Syncer {
 mod tests {
     use super::super::{Capture, Gap};
     use super::*;
-    use hexsense::channel::INERTIAL;
-    use hexsense::sampling::BLOCK;
-    use hexsense::wire::StreamContent;
-    use hexsense::wire::telemetry::Header;
+    use hexsense_core::channel::INERTIAL;
+    use hexsense_core::sampling::BLOCK;
+    use hexsense_core::wire::StreamContent;
+    use hexsense_core::wire::telemetry::Header;
 
     fn block(first_scan: u64) -> Block {
         let header = Header {

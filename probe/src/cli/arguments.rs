@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, UNIX_EPOCH};
 
 use clap::Args;
-use hexsense::wire::change;
+use hexsense_core::wire::change;
 
 use crate::interrupt::Interrupt;
 use crate::key_file::{self, KeyFileError};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense::store::{CoefficientSet, MotionBase};
+use hexsense_core::store::{CoefficientSet, MotionBase};
 
 use super::arguments::{Controller, Date, Port, Waiting};
 use super::broken_off::typed;

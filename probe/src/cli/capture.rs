@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use hexsense::sampling::BlockSize;
-use hexsense::store::SetId;
-use hexsense::wire::StreamContent;
-use hexsense::wire::telemetry::Block;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::SetId;
+use hexsense_core::wire::StreamContent;
+use hexsense_core::wire::telemetry::Block;
 use serde_json::json;
 
 use super::arguments::{Port, Scanning, Waiting};

@@ -1,11 +1,11 @@
 //! `hexsense harmonics`: what the board itself finds at the drive frequency.
 
 use clap::Args;
-use hexsense::channel::{CHANNELS, INERTIAL, NAMES};
-use hexsense::harmonics::HARMONICS;
-use hexsense::live_motion::Motion;
-use hexsense::wire::message::Fit;
-use hexsense::wire::{Drive, PoseRefusal, Refusal};
+use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES};
+use hexsense_core::harmonics::HARMONICS;
+use hexsense_core::live_motion::Motion;
+use hexsense_core::wire::message::Fit;
+use hexsense_core::wire::{Drive, PoseRefusal, Refusal};
 use serde_json::{Value, json};
 
 use super::arguments::Port;

@@ -1,8 +1,8 @@
 //! `hexsense history`: the coefficient sets that the board keeps.
 
 use clap::Args;
-use hexsense::store::CoefficientSet;
-use hexsense::wire::message::{ActiveSet, Kept};
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::message::{ActiveSet, Kept};
 use serde_json::{Value, json};
 
 use super::arguments::Port;

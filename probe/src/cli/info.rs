@@ -1,7 +1,7 @@
 //! `hexsense info`: who the board is.
 
 use clap::Args;
-use hexsense::wire::VERSION;
+use hexsense_core::wire::VERSION;
 
 use super::arguments::Port;
 use super::losses;

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use clap::Args;
-use hexsense::store::SetId;
-use hexsense::store::log::{Entry, Reason};
+use hexsense_core::store::SetId;
+use hexsense_core::store::log::{Entry, Reason};
 use serde_json::{Value, json};
 
 use super::arguments::Port;

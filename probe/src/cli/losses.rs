@@ -1,6 +1,6 @@
 //! The part of `hexsense status` that tells what went wrong: events since the start, and starts since the power came on.
 
-use hexsense::wire::status::{Events, ResetCause, Resets, Tally};
+use hexsense_core::wire::status::{Events, ResetCause, Resets, Tally};
 use serde_json::{Map, Value, json};
 
 /// Every event with its name in JSON and what it means to a reader.

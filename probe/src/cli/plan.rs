@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use hexsense::excitation::{DegreeOfFreedom, Multisine, Signal};
+use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 
 use super::arguments::Base;
 use crate::campaign::{Campaign, CampaignError};

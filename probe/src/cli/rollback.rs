@@ -2,8 +2,8 @@
 
 use anyhow::{bail, ensure};
 use clap::Args;
-use hexsense::store::{CoefficientSet, SetId};
-use hexsense::wire::message::Kept;
+use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::wire::message::Kept;
 
 use super::arguments::{Key, Port};
 use crate::date::utc;

@@ -1,7 +1,7 @@
 //! What recording commands share: the board made ready, and what is recorded checked and analysed.
 
-use hexsense::sampling::BlockSize;
-use hexsense::wire::{Identity, StreamContent, VERSION, telemetry};
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::{Identity, StreamContent, VERSION, telemetry};
 
 use crate::analysis;
 use crate::analysis::results::{self, Analysis};
@@ -18,7 +18,7 @@ use crate::replay::{self, replay};
 pub fn ready(client: &mut Client, rate_hz: u32) -> anyhow::Result<Identity> {
     let identity = client.identity()?;
     if !client.status()?.crystal {
-        return Err(hexsense::wire::Refusal::NoCrystal.into());
+        return Err(hexsense_core::wire::Refusal::NoCrystal.into());
     }
     client.rate(rate_hz)?;
     Ok(identity)

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use clap::Args;
-use hexsense::store::CoefficientSet;
-use hexsense::wire::{PoseReport, StreamContent};
+use hexsense_core::store::CoefficientSet;
+use hexsense_core::wire::{PoseReport, StreamContent};
 use serde_json::json;
 
 use super::arguments::Port;

@@ -1,10 +1,10 @@
 //! `hexsense status`: how the board is.
 
 use clap::Args;
-use hexsense::sampling::NOMINAL_SUPPLY_V;
-use hexsense::wire::message::ActiveSet;
-use hexsense::wire::status::{PathCycles, ResetCause, StackUse};
-use hexsense::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
+use hexsense_core::sampling::NOMINAL_SUPPLY_V;
+use hexsense_core::wire::message::ActiveSet;
+use hexsense_core::wire::status::{PathCycles, ResetCause, StackUse};
+use hexsense_core::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
 use serde_json::{Value, json};
 
 use super::arguments::Port;

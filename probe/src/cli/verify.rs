@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense::store::{CoefficientSet, SetId};
-use hexsense::wire::PoseReport;
+use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
 use super::broken_off::same_again;
@@ -128,7 +128,7 @@ fn check_active(
     campaign: &Campaign,
 ) -> anyhow::Result<SetId> {
     let Some((active, encoded)) = client.read_set()? else {
-        return Err(hexsense::wire::Refusal::NoSet.into());
+        return Err(hexsense_core::wire::Refusal::NoSet.into());
     };
     if CoefficientSet::decode(&encoded)? != *ours {
         anyhow::bail!(
@@ -242,8 +242,8 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexsense::sampling::{Calibrator, Values};
-    use hexsense::store::{JackCoefficients, MotionBase, TriadCoefficients};
+    use hexsense_core::sampling::{Calibrator, Values};
+    use hexsense_core::store::{JackCoefficients, MotionBase, TriadCoefficients};
 
     #[test]
     fn a_value_that_is_off_by_its_last_bit_is_found() {

@@ -1,4 +1,4 @@
-//! Changes of what the board keeps, each with its tag; see [`hexsense::wire::change`].
+//! Changes of what the board keeps, each with its tag; see [`hexsense_core::wire::change`].
 //!
 //! ```text
 //! identity, challenge → tag → change → answer, or a look into the log
@@ -9,12 +9,12 @@
 
 use std::time::Duration;
 
-use hexsense::authority;
-use hexsense::store::SetId;
-use hexsense::store::log::{Entry, Reason};
-use hexsense::wire::change::{Act, Change, Key};
-use hexsense::wire::message::{ActiveSet, Kept};
-use hexsense::wire::{Refusal, Request, Response};
+use hexsense_core::authority;
+use hexsense_core::store::SetId;
+use hexsense_core::store::log::{Entry, Reason};
+use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::message::{ActiveSet, Kept};
+use hexsense_core::wire::{Refusal, Request, Response};
 
 use super::LinkError;
 use super::client::Client;

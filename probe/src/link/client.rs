@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use hexsense::harmonics::ChannelSums;
-use hexsense::live_motion::Motion;
-use hexsense::sampling::BlockSize;
-use hexsense::store::MAX_ENCODED;
-use hexsense::wire::message::{ActiveSet, Fit};
-use hexsense::wire::telemetry::Block;
-use hexsense::wire::{
+use hexsense_core::harmonics::ChannelSums;
+use hexsense_core::live_motion::Motion;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::MAX_ENCODED;
+use hexsense_core::wire::message::{ActiveSet, Fit};
+use hexsense_core::wire::telemetry::Block;
+use hexsense_core::wire::{
     Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Request, Response, Status,
     StreamContent,
 };

@@ -7,11 +7,11 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use hexsense::wire::frame::{self, Closed, Deframer};
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{decode_response, encode_request};
-use hexsense::wire::telemetry::{self, Block};
-use hexsense::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VERSION, pose};
+use hexsense_core::wire::frame::{self, Closed, Deframer};
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::message::{decode_response, encode_request};
+use hexsense_core::wire::telemetry::{self, Block};
+use hexsense_core::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VERSION, pose};
 
 use super::missing::Missing;
 use super::{LinkError, ProtocolError, Transport};

@@ -9,7 +9,7 @@
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
-//! ([`hexsense::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
+//! ([`hexsense_core::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
 
 pub mod change;
 pub mod client;
@@ -26,7 +26,7 @@ pub use conversation::Contact;
 pub use transport::{Transport, TransportError};
 pub use upload::UploadError;
 
-use hexsense::wire::{Refusal, VERSION};
+use hexsense_core::wire::{Refusal, VERSION};
 
 /// Why the board could not be talked to.
 #[derive(Debug, thiserror::Error)]

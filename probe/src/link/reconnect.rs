@@ -8,7 +8,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hexsense::wire::status::ResetCause;
+use hexsense_core::wire::status::ResetCause;
 
 use super::{Client, Contact, LinkError, ProtocolError};
 use crate::files;

@@ -7,10 +7,10 @@
 //! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
 //! twice: when its answer is lost, the board is asked which set is active instead.
 
-use hexsense::store::{CoefficientSet, SetId};
-use hexsense::wire::change::{Act, Key};
-use hexsense::wire::message::{ActiveSet, CHUNK, Chunk};
-use hexsense::wire::{Refusal, Request, Response};
+use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::wire::change::{Act, Key};
+use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
+use hexsense_core::wire::{Refusal, Request, Response};
 use sha2::{Digest, Sha256};
 
 use super::LinkError;

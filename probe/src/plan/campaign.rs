@@ -10,7 +10,7 @@
 //!
 //! A movement uses at most nine tenths of stroke, speed, acceleration and hinge angle.
 
-use hexsense::excitation::{DegreeOfFreedom, Signal};
+use hexsense_core::excitation::{DegreeOfFreedom, Signal};
 
 use super::hinges::closest;
 use super::uses::uses;
@@ -239,9 +239,10 @@ mod tests {
 
     #[test]
     fn a_base_at_the_end_of_its_stroke_has_no_room() {
-        let (_, text) = hexsense::kinematics::presets::PRESETS[2];
+        let (_, text) = geometries::PRESETS[2];
         let geometry = GeometryFile::parse("an.toml", text).unwrap();
-        let longest = hexsense::kinematics::inverse(&geometry.geometry, &geometry.geometry.home());
+        let longest =
+            hexsense_core::kinematics::inverse(&geometry.geometry, &geometry.geometry.home());
         let text = text.replace(
             "length_max = 3.40",
             &format!("length_max = {}", longest[0] + 1e-5),

@@ -20,7 +20,7 @@
 //! cond(J) ≤ (σ₁ + Δ)/(σ₆ − Δ)
 //! ```
 
-use hexsense::kinematics::{Geometry, Pose, inverse, jacobian};
+use hexsense_core::kinematics::{Geometry, Pose, inverse, jacobian};
 
 use nalgebra::SVD;
 
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_base_twice_as_large_has_the_same_condition_number() {
-        let (_, text) = hexsense::kinematics::presets::PRESETS[2];
+        let (_, text) = geometries::PRESETS[2];
         let file = GeometryFile::parse("an.toml", text).unwrap();
         let run = campaign::plan(&file).unwrap().runs[0].clone();
         let geometry = &file.geometry;

@@ -1,7 +1,7 @@
 //! One degree of freedom of a run, as a plan writes it: degrees and metres, with the unit in the key.
 
-use hexsense::excitation::ramps::MAX_LEVELS;
-use hexsense::excitation::{DegreeOfFreedom, RampShape, Ramps, Sine};
+use hexsense_core::excitation::ramps::MAX_LEVELS;
+use hexsense_core::excitation::{DegreeOfFreedom, RampShape, Ramps, Sine};
 use serde::{Deserialize, Serialize};
 
 use super::LONGEST_S;

@@ -10,11 +10,11 @@
 
 use core::f64::consts::TAU;
 
-use hexsense::calibration::budget::{Budget, Cause};
-use hexsense::calibration::triad::Noise;
-use hexsense::channel::{INERTIAL, JACKS, NAMES, Triad};
-use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
+use hexsense_core::calibration::budget::{Budget, Cause};
+use hexsense_core::calibration::triad::Noise;
+use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
+use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
+use hexsense_core::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
 
 use super::ideal::{Ideal, RATE_HZ};
 use super::needs::{self, sine_of};

@@ -14,8 +14,8 @@
 
 use std::fmt;
 
-use hexsense::kinematics::Geometry;
-use hexsense::kinematics::inverse::jacks;
+use hexsense_core::kinematics::Geometry;
+use hexsense_core::kinematics::inverse::jacks;
 use nalgebra::Vector3;
 
 use super::Run;

@@ -3,10 +3,10 @@
 //! Poses come from the program, jack lengths from inverse kinematics, what the sensors feel from differences of
 //! neighbouring poses, and all of it becomes counts. There is no noise: noise enters a forecast as a density.
 
-use hexsense::calibration::truth::Site;
-use hexsense::channel::{CHANNELS, INERTIAL, Scan, Triad};
-use hexsense::excitation::Program;
-use hexsense::kinematics::{Geometry, Pose, displacements};
+use hexsense_core::calibration::truth::Site;
+use hexsense_core::channel::{CHANNELS, INERTIAL, Scan, Triad};
+use hexsense_core::excitation::Program;
+use hexsense_core::kinematics::{Geometry, Pose, displacements};
 use nalgebra::Vector3;
 
 use crate::analysis::Run;

@@ -285,7 +285,7 @@ mod tests {
 
     #[test]
     fn a_pose_that_the_jacks_hardly_hold_is_refused_although_every_jack_is_within_its_limits() {
-        let (_, text) = hexsense::kinematics::presets::PRESETS[2];
+        let (_, text) = geometries::PRESETS[2];
         let text = text
             .replace("length_min = 2.10", "length_min = 0.50")
             .replace("length_max = 3.40", "length_max = 9.00");

@@ -43,7 +43,7 @@ pub mod uses;
 
 use std::path::Path;
 
-use hexsense::excitation::{DegreeOfFreedom, Program, Signal, Sine};
+use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
 use serde::{Deserialize, Serialize};
 
 use crate::files::{self, FileError};

@@ -20,8 +20,8 @@
 //! that is estimated over is a number of periods of the fundamental, and so holds whole periods of every line. Phases
 //! are not written: those with a low crest factor are found.
 
-use hexsense::excitation::multisine::{MAX_LINES, Timing, shared};
-use hexsense::excitation::{DegreeOfFreedom, Multisine, Signal};
+use hexsense_core::excitation::multisine::{MAX_LINES, Timing, shared};
+use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 use serde::{Deserialize, Serialize};
 
 use super::LONGEST_S;

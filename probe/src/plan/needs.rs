@@ -1,6 +1,6 @@
 //! Which runs a plan must have, so that nothing is driven in vain.
 
-use hexsense::excitation::{DegreeOfFreedom, Signal};
+use hexsense_core::excitation::{DegreeOfFreedom, Signal};
 
 use super::{Plan, Purpose, Run};
 

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use hexsense::kinematics::displacements;
+use hexsense_core::kinematics::displacements;
 
 use super::Run;
 use crate::geometry_file::GeometryFile;

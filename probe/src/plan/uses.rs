@@ -11,7 +11,7 @@
 
 use std::fmt;
 
-use hexsense::kinematics::inverse;
+use hexsense_core::kinematics::inverse;
 
 use super::Run;
 use crate::geometry_file::GeometryFile;

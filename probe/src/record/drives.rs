@@ -1,17 +1,17 @@
 //! What the board is asked to estimate in a run: up to three drive frequencies, and one block for all of them.
 //!
 //! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work. It is limited as
-//! told in [`hexsense::harmonics::choice`]: the fifth harmonic may turn by a tenth of a turn in a block, and no known
+//! told in [`hexsense_core::harmonics::choice`]: the fifth harmonic may turn by a tenth of a turn in a block, and no known
 //! disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. The link carries a stream in
 //! every block or in none. All of this is known before anything moves.
 //!
 //! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
 
-use hexsense::excitation::{Multisine, Signal};
-use hexsense::harmonics::choice::mistaken;
-use hexsense::harmonics::{ANALYSERS, DriveError, increment, largest_block};
-use hexsense::sampling::BlockSize;
-use hexsense::wire::{Drive, Refusal, StreamContent, telemetry};
+use hexsense_core::excitation::{Multisine, Signal};
+use hexsense_core::harmonics::choice::mistaken;
+use hexsense_core::harmonics::{ANALYSERS, DriveError, increment, largest_block};
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::{Drive, Refusal, StreamContent, telemetry};
 
 use crate::plan::Run;
 use crate::sensor_file::SensorFile;
@@ -227,8 +227,8 @@ fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
 mod tests {
     use super::*;
     use crate::plan::{Freedom, Purpose, SineEntry};
-    use hexsense::harmonics::choice::LARGEST_TURN;
-    use hexsense::sampling::RATES_HZ;
+    use hexsense_core::harmonics::choice::LARGEST_TURN;
+    use hexsense_core::sampling::RATES_HZ;
 
     const COUNTS: StreamContent = StreamContent {
         counts: true,

@@ -1,6 +1,6 @@
 //! Why a run could not be recorded.
 
-use hexsense::wire::HarmonicState;
+use hexsense_core::wire::HarmonicState;
 
 use super::{ONSET_LIMIT_S, REST_LIMIT_S};
 use crate::files::FileError;

@@ -5,8 +5,8 @@
 
 use std::collections::VecDeque;
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::wire::telemetry::Block;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::wire::telemetry::Block;
 
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;

@@ -23,10 +23,10 @@ pub mod tape;
 
 use std::time::Duration;
 
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{ChannelSums, DriveError};
-use hexsense::wire::telemetry::Block;
-use hexsense::wire::{Drive, HarmonicState, Refusal, StreamContent};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::{ChannelSums, DriveError};
+use hexsense_core::wire::telemetry::Block;
+use hexsense_core::wire::{Drive, HarmonicState, Refusal, StreamContent};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::campaign::{BoardSums, Campaign, RunRecord};

@@ -10,9 +10,9 @@
 //! This is good to about a tenth of a second: enough to know when the run ends and when to sum. The analysis finds the
 //! onset for itself.
 
-use hexsense::channel::JACKS;
-use hexsense::kinematics::displacements;
-use hexsense::wire::telemetry::Block;
+use hexsense_core::channel::JACKS;
+use hexsense_core::kinematics::displacements;
+use hexsense_core::wire::telemetry::Block;
 
 use super::jacks::{Displacements, JackMeans, STEP_MS, WINDOW};
 use super::rest::Rest;
@@ -77,9 +77,9 @@ mod tests {
     use crate::plan::campaign;
     use crate::record::rest::{RestWatch, Unrest};
     use crate::sensor_file::SensorFile;
-    use hexsense::channel::{CHANNELS, INERTIAL};
-    use hexsense::wire::StreamContent;
-    use hexsense::wire::telemetry::Header;
+    use hexsense_core::channel::{CHANNELS, INERTIAL};
+    use hexsense_core::wire::StreamContent;
+    use hexsense_core::wire::telemetry::Header;
 
     /// Frame `index`, of `scans` scans at `rate_hz`, of a base whose jacks follow `program` from scan `onset` on.
     fn block(

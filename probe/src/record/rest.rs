@@ -1,8 +1,8 @@
 //! Whether the base is at home and at rest, seen in the jacks for a second before every run.
 
-use hexsense::channel::JACKS;
-use hexsense::kinematics::displacements;
-use hexsense::wire::telemetry::Block;
+use hexsense_core::channel::JACKS;
+use hexsense_core::kinematics::displacements;
+use hexsense_core::wire::telemetry::Block;
 
 use super::jacks::{Displacements, JackMeans};
 use crate::geometry_file::GeometryFile;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use hexsense::wire::telemetry::Block;
+use hexsense_core::wire::telemetry::Block;
 
 use super::RecordError;
 use crate::capture::CaptureWriter;

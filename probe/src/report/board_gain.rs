@@ -15,9 +15,9 @@
 
 use core::f64::consts::TAU;
 
-use hexsense::calibration::truth::{coordinates, sine_truth};
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::harmonics::{Harmonics, Series, solve_channel};
+use hexsense_core::calibration::truth::{coordinates, sine_truth};
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::harmonics::{Harmonics, Series, solve_channel};
 
 use crate::analysis::AnalysisError;
 use crate::analysis::belief::Belief;

@@ -4,8 +4,8 @@
 //! the host fits in floating point at the frequency it found. The two agree within their noise, and a replay of the
 //! capture through the same integer sums must give the board's sums to the last bit.
 
-use hexsense::channel::{INERTIAL, NAMES};
-use hexsense::harmonics::solve;
+use hexsense_core::channel::{INERTIAL, NAMES};
+use hexsense_core::harmonics::solve;
 
 use super::ReportInput;
 use super::board_gain::{BoardGain, gains};

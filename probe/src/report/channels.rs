@@ -1,6 +1,6 @@
 //! The result: offsets, coefficients and sensitivities of the nine channels, then the matrices and delays in full.
 
-use hexsense::channel::Triad;
+use hexsense_core::channel::Triad;
 
 use super::ReportInput;
 use super::number::{align, common_exponent, power_of_ten, rounded, significant};

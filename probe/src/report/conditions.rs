@@ -1,6 +1,6 @@
 //! Under which conditions the coefficients were found: base, board, sensors, date, temperature, identities, runs.
 
-use hexsense::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
 
 use super::number::{fixed, rounded, significant};
 use super::page::{Page, row, text};
@@ -143,7 +143,12 @@ fn temperature(input: &ReportInput) -> String {
 
 fn supply(input: &ReportInput) -> String {
     let all = input.runs.iter().flat_map(|run| &run.capture.supply);
-    let volts = |factor: f64| fixed(factor * f64::from(hexsense::sampling::NOMINAL_SUPPLY_V), 4);
+    let volts = |factor: f64| {
+        fixed(
+            factor * f64::from(hexsense_core::sampling::NOMINAL_SUPPLY_V),
+            4,
+        )
+    };
     range(all).map_or(String::new(), |(low, high)| {
         format!(
             "{} V to {} V, corrected scan by scan",
@@ -221,7 +226,7 @@ fn multisine(entry: &MultisineEntry) -> impl Iterator<Item = String> {
 }
 
 fn name(freedom: Freedom) -> &'static str {
-    hexsense::excitation::DegreeOfFreedom::from(freedom).name()
+    hexsense_core::excitation::DegreeOfFreedom::from(freedom).name()
 }
 
 fn ramps(entry: &RampsEntry) -> String {

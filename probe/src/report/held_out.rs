@@ -1,6 +1,6 @@
 //! The verdict: calibrated values against the base's own pose on a movement that nothing was fitted to.
 
-use hexsense::channel::{NAMES, Triad};
+use hexsense_core::channel::{NAMES, Triad};
 
 use super::curve::Point;
 use super::drawing::{Drawing, Panel, Sample, WIDTH};

@@ -1,7 +1,7 @@
 //! The accelerometers on the holds: mean counts against the specific force that the pose says, with the fit.
 
-use hexsense::calibration::triad::Hold;
-use hexsense::channel::{NAMES, Triad};
+use hexsense_core::calibration::triad::Hold;
+use hexsense_core::channel::{NAMES, Triad};
 
 use super::ReportInput;
 use super::curve::Point;

@@ -3,8 +3,8 @@
 //! *Calculated* is the jack program: the program's pose through inverse kinematics. *Registered* is what the
 //! transducers said. Both are from mid-stroke, over the time from the onset of the movement.
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::kinematics::displacements;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::kinematics::displacements;
 
 use super::ReportInput;
 use super::curve::{Point, Stretch, envelope, group_of, means};

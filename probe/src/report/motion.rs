@@ -1,7 +1,7 @@
 //! A first look at the motion system: how the measured pose follows the command in each degree of freedom driven.
 
-use hexsense::calibration::truth::coordinates;
-use hexsense::excitation::DegreeOfFreedom;
+use hexsense_core::calibration::truth::coordinates;
+use hexsense_core::excitation::DegreeOfFreedom;
 
 use super::ReportInput;
 use super::curve::Point;

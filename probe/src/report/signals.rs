@@ -1,7 +1,7 @@
 //! Sensor signals of the sine runs with the fitted harmonics, what the fit leaves, and the harmonics themselves.
 
-use hexsense::channel::{INERTIAL, NAMES};
-use hexsense::harmonics::Harmonics;
+use hexsense_core::channel::{INERTIAL, NAMES};
+use hexsense_core::harmonics::Harmonics;
 
 use super::ReportInput;
 use super::curve::{Point, Stretch, envelope, group_of, means};
@@ -221,7 +221,7 @@ impl Trace<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexsense::harmonics::Series;
+    use hexsense_core::harmonics::Series;
 
     #[test]
     fn the_drawn_fit_is_the_signal_that_was_fitted() {

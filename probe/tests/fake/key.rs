@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hexsense::wire::change::Key;
+use hexsense_core::wire::change::Key;
 use hexsense_probe::{files, key_file};
 
 /// The key that a fake board is provisioned with.

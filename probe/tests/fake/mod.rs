@@ -13,19 +13,19 @@ pub mod source;
 use std::time::Duration;
 
 use embassy_futures::block_on;
-use hexsense::authority;
-use hexsense::channel::Scan;
-use hexsense::harmonics::{ANALYSERS, Analyser, ChannelSums, solve_channel};
-use hexsense::keeper::{Active, Command, Keeper};
-use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
-use hexsense::wire::change::{Act, Challenge, Change};
-use hexsense::wire::frame::{self, Closed, Deframer};
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::message::{Fit, decode_request, encode_response};
-use hexsense::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
-use hexsense::wire::telemetry::{self, Header, MOST_SCANS, Samples};
-use hexsense::wire::{
+use hexsense_core::authority;
+use hexsense_core::channel::Scan;
+use hexsense_core::harmonics::{ANALYSERS, Analyser, ChannelSums, solve_channel};
+use hexsense_core::keeper::{Active, Command, Keeper};
+use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
+use hexsense_core::wire::change::{Act, Challenge, Change};
+use hexsense_core::wire::frame::{self, Closed, Deframer};
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::message::{Fit, decode_request, encode_response};
+use hexsense_core::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
+use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::wire::{
     BoardPose, Drive, HarmonicState, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
     Response, Status, StreamContent, VERSION, pose,
 };

@@ -1,6 +1,6 @@
 //! A coefficient set for the fake board.
 
-use hexsense::store::{
+use hexsense_core::store::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 use hexsense_probe::geometry_file::GeometryFile;

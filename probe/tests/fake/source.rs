@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-use hexsense::channel::{CHANNELS, Scan};
+use hexsense_core::channel::{CHANNELS, Scan};
 use twin::Bench;
 use twin::serve::Twin;
 
@@ -102,7 +102,7 @@ impl Source for Pins {
 pub fn twin(seed: u64, geometry: &str) -> (String, String) {
     let (pins, control) = (listener(), listener());
     let addresses = (address(&pins), address(&control));
-    let (_, text) = hexsense::kinematics::presets::PRESETS
+    let (_, text) = geometries::PRESETS
         .iter()
         .find(|(name, _)| *name == geometry)
         .unwrap();

@@ -102,9 +102,6 @@ pub enum GeometryError {
 }
 
 fn preset_names() -> String {
-    let names: Vec<&str> = hexsense::kinematics::presets::PRESETS
-        .iter()
-        .map(|(name, _)| *name)
-        .collect();
+    let names: Vec<&str> = geometries::PRESETS.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }

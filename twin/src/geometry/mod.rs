@@ -83,7 +83,7 @@ impl Geometry {
     /// # Errors
     /// [`GeometryError`], with the preset or path in front.
     pub fn load(name_or_path: &str) -> Result<Self, GeometryError> {
-        let preset = hexsense::kinematics::presets::PRESETS
+        let preset = geometries::PRESETS
             .iter()
             .find(|(name, _)| *name == name_or_path);
         let text = match preset {

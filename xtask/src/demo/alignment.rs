@@ -10,8 +10,8 @@
 //! by a search in steps and then Gauss-Newton. Transducers have no delay, so this is exact to microseconds.
 
 use anyhow::{Context, bail, ensure};
-use hexsense::channel::JACKS;
-use hexsense::least_squares::NormalEquations;
+use hexsense_core::channel::JACKS;
+use hexsense_core::least_squares::NormalEquations;
 use nalgebra::SVector;
 
 const UNKNOWNS: usize = 2 + JACKS;

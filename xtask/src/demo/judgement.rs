@@ -1,7 +1,7 @@
 //! The only place where estimate and truth meet.
 
 use anyhow::{Context, ensure};
-use hexsense::channel::{INERTIAL, JACKS, NAMES};
+use hexsense_core::channel::{INERTIAL, JACKS, NAMES};
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
 use hexsense_probe::analysis::results::Results;

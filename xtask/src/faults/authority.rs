@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use anyhow::{bail, ensure};
-use hexsense::store::{CoefficientSet, MAX_ENCODED};
-use hexsense::wire::change::{self, Key};
-use hexsense::wire::{Refusal, Request, Response};
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::wire::change::{self, Key};
+use hexsense_core::wire::{Refusal, Request, Response};
 
 use super::bench::Bench;
 use super::keeper::{Account, Keeper, pieces, upload_of};

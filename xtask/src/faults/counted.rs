@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use anyhow::ensure;
-use hexsense::wire::status::{Events, Status};
-use hexsense::wire::{Request, StreamContent};
+use hexsense_core::wire::status::{Events, Status};
+use hexsense_core::wire::{Request, StreamContent};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board};

@@ -1,12 +1,12 @@
 //! The keeper's side: changes of what the board keeps, and the account that it gives of them.
 
 use anyhow::{bail, ensure};
-use hexsense::authority;
-use hexsense::store::log::Entry;
-use hexsense::store::{CoefficientSet, MAX_ENCODED, SetId};
-use hexsense::wire::change::{self, Change, Key};
-use hexsense::wire::message::{CHUNK, Chunk, Kept};
-use hexsense::wire::{Request, Response};
+use hexsense_core::authority;
+use hexsense_core::store::log::Entry;
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED, SetId};
+use hexsense_core::wire::change::{self, Change, Key};
+use hexsense_core::wire::message::{CHUNK, Chunk, Kept};
+use hexsense_core::wire::{Request, Response};
 use sha2::{Digest, Sha256};
 
 use super::line::Line;

@@ -7,10 +7,10 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use anyhow::bail;
-use hexsense::wire::frame::{self, Closed, Deframer};
-use hexsense::wire::message::{decode_response, encode_request};
-use hexsense::wire::telemetry::{self, Block};
-use hexsense::wire::{Identity, Kind, MAX_FRAME, Request, Response, Status, StreamContent};
+use hexsense_core::wire::frame::{self, Closed, Deframer};
+use hexsense_core::wire::message::{decode_response, encode_request};
+use hexsense_core::wire::telemetry::{self, Block};
+use hexsense_core::wire::{Identity, Kind, MAX_FRAME, Request, Response, Status, StreamContent};
 use hexsense_probe::link::transport::{self, Transport, TransportError};
 
 /// Every answer comes within this time.
@@ -81,7 +81,7 @@ impl Line {
         let mut sequence = self.send(request)?;
         loop {
             match self.answer_to(sequence) {
-                Some(Response::Refused(hexsense::wire::Refusal::Busy)) => {
+                Some(Response::Refused(hexsense_core::wire::Refusal::Busy)) => {
                     self.run(PAUSE)?;
                     sequence = self.send(request)?;
                 }

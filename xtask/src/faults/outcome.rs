@@ -1,7 +1,7 @@
 //! What came of a promise: how often a fault was injected, and what was lost over it.
 
 use anyhow::bail;
-use hexsense::wire::{Refusal, Request, Response};
+use hexsense_core::wire::{Refusal, Request, Response};
 use serde_json::{Map, Value, json};
 
 use super::line::Line;

@@ -11,7 +11,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{anyhow, ensure};
-use hexsense::wire::message::Kept;
+use hexsense_core::wire::message::Kept;
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board, STARTED};

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use hexsense::wire::status::{ResetCause, Resets};
+use hexsense_core::wire::status::{ResetCause, Resets};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board};

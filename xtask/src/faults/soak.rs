@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use hexsense::wire::{Request, Response, Status};
+use hexsense_core::wire::{Request, Response, Status};
 use serde_json::{Value, json};
 
 use super::bench::Bench;

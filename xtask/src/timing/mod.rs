@@ -17,7 +17,7 @@ mod sessions;
 use std::collections::BTreeMap;
 
 use anyhow::{Context, ensure};
-use hexsense::channel::{CHANNELS, INERTIAL};
+use hexsense_core::channel::{CHANNELS, INERTIAL};
 use serde::Serialize;
 
 use self::pins::Pins;
@@ -36,7 +36,7 @@ const POSE: &str = "solve_pose";
 /// Harmonics of one channel at report time, once the window has been gone through.
 const FIT: &str = "solve_harmonics";
 /// A block of the window that is gone through.
-const REPLAY: &str = "hexsense::harmonics::replay::Replay::add";
+const REPLAY: &str = "hexsense_core::harmonics::replay::Replay::add";
 const SUMS: &str = "sums_16";
 
 /// Scans of a block.

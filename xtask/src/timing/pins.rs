@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use hexsense::channel::INERTIAL;
+use hexsense_core::channel::INERTIAL;
 use serde_json::json;
 
 /// Pins of the fifteen channels in the order of a scan.

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
-use hexsense::channel::CHANNELS;
-use hexsense::harmonics::{Drive, increment};
-use hexsense::sampling::BlockSize;
-use hexsense::store::MAX_ENCODED;
-use hexsense::wire::change::Key;
-use hexsense::wire::{HarmonicState, StreamContent};
+use hexsense_core::channel::CHANNELS;
+use hexsense_core::harmonics::{Drive, increment};
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::MAX_ENCODED;
+use hexsense_core::wire::change::Key;
+use hexsense_core::wire::{HarmonicState, StreamContent};
 use hexsense_probe::link::Client;
 
 use crate::counting::{CountingBoard, Counts};

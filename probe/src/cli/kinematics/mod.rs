@@ -17,7 +17,7 @@ use std::thread;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use hexsense::kinematics::{
+use hexsense_core::kinematics::{
     Angles, Convention, ForwardError, Options, Pose, Solution, Solver, Tracker, inverse,
 };
 use nalgebra::Vector3;

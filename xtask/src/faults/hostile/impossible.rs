@@ -1,10 +1,10 @@
 //! What no host would ask for: requests whose values are impossible, and sets that are none.
 
-use hexsense::channel::Triad;
-use hexsense::harmonics::Drive;
-use hexsense::sampling::BlockSize;
-use hexsense::store::{CoefficientSet, MAX_ENCODED};
-use hexsense::wire::{Refusal, Request, StreamContent};
+use hexsense_core::channel::Triad;
+use hexsense_core::harmonics::Drive;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::wire::{Refusal, Request, StreamContent};
 
 /// Whether a refusal says what is wrong.
 pub type Right = fn(Refusal) -> bool;

@@ -11,10 +11,10 @@ mod impossible;
 use std::time::Duration;
 
 use anyhow::ensure;
-use hexsense::store::{CoefficientSet, MAX_ENCODED};
-use hexsense::wire::change;
-use hexsense::wire::message::encode_request;
-use hexsense::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
+use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::wire::change;
+use hexsense_core::wire::message::encode_request;
+use hexsense_core::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
 use super::bench::Bench;

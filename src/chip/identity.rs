@@ -1,8 +1,8 @@
 //! Who the board is, why it started, and on what clock: known at the start, and the same until the next.
 
-use hexsense::wire::hello::Greeting;
-use hexsense::wire::status::{ResetCause, Resets};
-use hexsense::wire::{Identity, VERSION};
+use hexsense_core::wire::hello::Greeting;
+use hexsense_core::wire::status::{ResetCause, Resets};
+use hexsense_core::wire::{Identity, VERSION};
 
 use super::clock;
 use super::panic;

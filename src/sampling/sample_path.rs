@@ -6,9 +6,9 @@
 //! | `DMA1_CHANNEL1` | the sample interrupt, first instruction to last |
 //! | `sample_path` | everything that is done with a block |
 //! | `sample_inertial` | the nine inertial channels: calibrated values, sums, analysers |
-//! | `hexsense::…::Prepared::block` | values and sums of the block |
-//! | `hexsense::…::Analyser::take_inertial` | the sums of one analyser, nine channels |
-//! | `hexsense::…::add_up`, `Sums<6>::add` | the same for the jacks |
+//! | `hexsense_core::…::Prepared::block` | values and sums of the block |
+//! | `hexsense_core::…::Analyser::take_inertial` | the sums of one analyser, nine channels |
+//! | `hexsense_core::…::add_up`, `Sums<6>::add` | the same for the jacks |
 //!
 //! For one size of block, and as many analysers that are not idle, every block takes the same instructions: nothing
 //! branches on a count, nobody waits and nobody is woken. What the others must know they learn in the interrupt of the
@@ -30,11 +30,11 @@ use embassy_stm32::interrupt::typelevel::{DMA1_CHANNEL1, Handler};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::Instant;
-use hexsense::channel::{INERTIAL, JACKS, unrolled};
-use hexsense::harmonics::{ANALYSERS, Analyser, Step};
-use hexsense::sampling::{BlockSize, Prepared, Values, add_up};
-use hexsense::wire::status::{PathCycles, Tally};
-use hexsense::wire::{StreamContent, telemetry};
+use hexsense_core::channel::{INERTIAL, JACKS, unrolled};
+use hexsense_core::harmonics::{ANALYSERS, Analyser, Step};
+use hexsense_core::sampling::{BlockSize, Prepared, Values, add_up};
+use hexsense_core::wire::status::{PathCycles, Tally};
+use hexsense_core::wire::{StreamContent, telemetry};
 
 use super::acquisition::{Fault, Filled};
 use super::exchange::Guard;

@@ -2,11 +2,11 @@
 //!
 //! Blocks leave the queue whether they are sent or not: the pose needs the jacks of each.
 
-use hexsense::channel::JACKS;
-use hexsense::live_pose::JackBlock;
-use hexsense::sampling::add_up;
-use hexsense::wire::telemetry::Header;
-use hexsense::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
+use hexsense_core::channel::JACKS;
+use hexsense_core::live_pose::JackBlock;
+use hexsense_core::sampling::add_up;
+use hexsense_core::wire::telemetry::Header;
+use hexsense_core::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
 
 use super::path::{self, Progress};
 use super::queue::Piece;

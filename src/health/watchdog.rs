@@ -4,7 +4,7 @@
 //! so; if one stops, it bites, and the board starts again with [`ResetCause::Watchdog`]. It is started before the clock
 //! is, so that there is no start that can hang for good.
 //!
-//! [`ResetCause::Watchdog`]: hexsense::wire::status::ResetCause::Watchdog
+//! [`ResetCause::Watchdog`]: hexsense_core::wire::status::ResetCause::Watchdog
 
 use embassy_futures::join::join3;
 use embassy_stm32::peripherals::IWDG;

@@ -15,7 +15,7 @@ use core::arch::naked_asm;
 use core::ptr::addr_of;
 
 use cortex_m_rt::{ExceptionFrame, STACK_PAINT_VALUE};
-use hexsense::wire::status::StackUse;
+use hexsense_core::wire::status::StackUse;
 
 use super::panic::{self, Text};
 

@@ -22,11 +22,11 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
-use hexsense::keeper;
-use hexsense::live_pose::JackBlock;
-use hexsense::sampling::Calibrator;
-use hexsense::store::SetId;
-use hexsense::wire::{PoseReport, Response};
+use hexsense_core::keeper;
+use hexsense_core::live_pose::JackBlock;
+use hexsense_core::sampling::Calibrator;
+use hexsense_core::store::SetId;
+use hexsense_core::wire::{PoseReport, Response};
 
 use super::{harmonics, pose, sampling, supply};
 

@@ -11,7 +11,7 @@ use cortex_m_rt::exception;
 use embassy_stm32::interrupt::typelevel::{FLASH, Handler};
 use embassy_stm32::pac;
 use embassy_time::Instant;
-use hexsense::wire::status::Tally;
+use hexsense_core::wire::status::Tally;
 
 use super::panic::{self, Text};
 use super::tallies;

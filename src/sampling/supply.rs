@@ -16,7 +16,7 @@
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
 use embassy_stm32::pac;
 use embassy_time::{Ticker, Timer};
-use hexsense::sampling::NOMINAL_SUPPLY_V;
+use hexsense_core::sampling::NOMINAL_SUPPLY_V;
 
 use super::exchange::Exchange;
 use super::pins::{self, Irqs};
@@ -45,7 +45,7 @@ impl Reading {
         self.temperature_c += weight * (new.temperature_c - self.temperature_c);
     }
 
-    /// The supply factor c of [`hexsense::sampling`].
+    /// The supply factor c of [`hexsense_core::sampling`].
     pub fn factor(self) -> f32 {
         self.vdda_v / NOMINAL_SUPPLY_V
     }

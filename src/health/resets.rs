@@ -9,7 +9,7 @@ use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
 
 use embassy_stm32::pac;
-use hexsense::wire::status::{ResetCause, Resets};
+use hexsense_core::wire::status::{ResetCause, Resets};
 
 /// Begins every check, so that zeros are no record.
 const MAGIC: u32 = 0x5245_5345;

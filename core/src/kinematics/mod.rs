@@ -2,7 +2,6 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`presets`] | geometry files that come with the product |
 //! | [`geometry`] | hinges, stroke, home |
 //! | [`pose`], [`convention`] | where the body is, and how people write it down |
 //! | [`inverse`](mod@inverse) | jack lengths from a pose, equation (1) |
@@ -31,7 +30,6 @@ mod newton;
 mod outcome;
 mod path;
 pub mod pose;
-pub mod presets;
 pub mod rates;
 mod six;
 pub mod tracker;

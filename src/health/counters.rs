@@ -7,8 +7,8 @@ use core::cell::Cell;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_time::Instant;
-use hexsense::wire::FrameError;
-use hexsense::wire::status::{Events, Tally};
+use hexsense_core::wire::FrameError;
+use hexsense_core::wire::status::{Events, Tally};
 
 use super::ecc;
 use super::exchange::Guard;

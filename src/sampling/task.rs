@@ -8,8 +8,8 @@
 use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_sync::watch::Receiver;
 use embassy_time::{Instant, Timer};
-use hexsense::sampling::{BlockSize, Prepared, RATES_HZ};
-use hexsense::wire::Response;
+use hexsense_core::sampling::{BlockSize, Prepared, RATES_HZ};
+use hexsense_core::wire::Response;
 
 use super::acquisition::{self, Fault, Run};
 use super::exchange::{Active, Exchange, Guard};

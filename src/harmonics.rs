@@ -7,12 +7,12 @@
 use embassy_futures::yield_now;
 use embassy_sync::watch::Receiver;
 use embassy_time::{Duration, Instant};
-use hexsense::channel::{CHANNELS, INERTIAL, JACKS};
-use hexsense::harmonics::{ChannelSums, Drive, Harmonics, Replay, Solver};
-use hexsense::live_motion::Motion;
-use hexsense::live_pose::Tracker;
-use hexsense::wire::message::Fit;
-use hexsense::wire::{HarmonicState, PoseRefusal, Refusal, Response};
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS};
+use hexsense_core::harmonics::{ChannelSums, Drive, Harmonics, Replay, Solver};
+use hexsense_core::live_motion::Motion;
+use hexsense_core::live_pose::Tracker;
+use hexsense_core::wire::message::Fit;
+use hexsense_core::wire::{HarmonicState, PoseRefusal, Refusal, Response};
 
 use super::exchange::{Exchange, Guard};
 use super::path;

@@ -10,10 +10,10 @@
 //! link gathers. The scans of a piece follow on one another, in the ring too, and have in common what seldom changes,
 //! supply, temperature and set, a [`Context`], of which the latest few are kept; where they do not, a piece ends early.
 
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::sampling::{BlockSize, Values};
-use hexsense::store::SetId;
-use hexsense::wire::telemetry::{MOST_SCANS, Samples};
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::sampling::{BlockSize, Values};
+use hexsense_core::store::SetId;
+use hexsense_core::wire::telemetry::{MOST_SCANS, Samples};
 
 /// Scans in the ring: 16 ms at 4 kHz, three times as long as the longest frame takes.
 const SCANS: usize = 2 * BlockSize::MOST;

@@ -5,9 +5,9 @@
 
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
-use hexsense::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense::sampling::{BlockSize, RANK_NS, RATES_HZ};
-use hexsense::wire::{pose, telemetry};
+use hexsense_core::channel::{COUNTS_AT_SUPPLY, INERTIAL};
+use hexsense_core::sampling::{BlockSize, RANK_NS, RATES_HZ};
+use hexsense_core::wire::{pose, telemetry};
 
 /// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
 pub const CORE_HZ: u32 = 150_000_000;

@@ -12,10 +12,10 @@ use embassy_stm32::flash::{Bank2Region, Flash};
 use embassy_stm32::peripherals::{FLASH, RNG};
 use embassy_stm32::rng::Rng;
 use embassy_time::{Instant, with_timeout};
-use hexsense::keeper::Keeper;
-use hexsense::sampling::Calibrator;
-use hexsense::store::SetId;
-use hexsense::wire::Response;
+use hexsense_core::keeper::Keeper;
+use hexsense_core::sampling::Calibrator;
+use hexsense_core::store::SetId;
+use hexsense_core::wire::Response;
 
 use super::exchange::{Active, Exchange};
 use super::pins::Irqs;

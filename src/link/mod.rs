@@ -9,8 +9,8 @@ use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, Error, RingBufferedUartRx, Uart, UartTx};
 use embassy_time::{Instant, Timer, with_timeout};
-use hexsense::wire::frame::Deframer;
-use hexsense::wire::{BAUD, MAX_FRAME};
+use hexsense_core::wire::frame::Deframer;
+use hexsense_core::wire::{BAUD, MAX_FRAME};
 use static_cell::ConstStaticCell;
 
 use super::desk::{Desk, MAX_REQUEST_FRAME};

@@ -23,8 +23,8 @@ use embassy_stm32::adc::{Adc, AdcConfig, Exten, RingBufferedAdc, Rovsm, Trovs};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::{ADC1, ADC2};
 use embassy_stm32::triggers::TIM6_TRGO;
-use hexsense::channel::{INERTIAL, JACKS};
-use hexsense::sampling::BlockSize;
+use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::sampling::BlockSize;
 
 use super::pins::{self, INERTIAL_DMA, Irqs, JACK_DMA};
 use super::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};

@@ -9,9 +9,9 @@
 //! set it starts from home.
 
 use embassy_time::{Instant, Timer};
-use hexsense::live_pose::{JackBlock, Tracker};
-use hexsense::store::{BaseError, JackCoefficients, MotionBase, SetId};
-use hexsense::wire::{BoardPose, PoseRefusal, PoseReport};
+use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::store::{BaseError, JackCoefficients, MotionBase, SetId};
+use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport};
 
 use super::exchange::Exchange;
 use super::timing::{POSE_PAUSE, POSE_PERIOD};

@@ -21,7 +21,7 @@ use embassy_stm32::peripherals::{
     PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, RNG, TIM6,
 };
 use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, rng, usart};
-use hexsense::channel::{INERTIAL, JACKS};
+use hexsense_core::channel::{INERTIAL, JACKS};
 
 use super::{ecc, path};
 
