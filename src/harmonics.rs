@@ -11,8 +11,8 @@ use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS};
 use hexsense_core::harmonics::{ChannelSums, Drive, Harmonics, Replay, Solver};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::live_pose::Tracker;
-use hexsense_core::wire::message::Fit;
-use hexsense_core::wire::{HarmonicState, PoseRefusal, Refusal, Response};
+use hexsense_core::wire::message::ChannelHarmonics;
+use hexsense_core::wire::{AnalyserState, PoseRefusal, Refusal, Response};
 
 use super::exchange::{Exchange, Guard};
 use super::path;
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_millis(200);
 #[derive(Clone, Copy)]
 pub enum Command {
     /// Harmonics of one channel, 0 to 14, of one analyser.
-    Fit(u8, u8),
+    Harmonics(u8, u8),
     /// The motion at the drive frequency of one analyser.
     Motion(u8),
 }
@@ -44,7 +44,7 @@ pub async fn solve(exchange: &'static Exchange) -> ! {
     };
     loop {
         let answer = match exchange.to_harmonics.receive().await {
-            Command::Fit(analyser, channel) => room.fit(analyser, channel).await,
+            Command::Harmonics(analyser, channel) => room.fit(analyser, channel).await,
             Command::Motion(analyser) => room.motion(analyser).await,
         };
         let answer = answer.unwrap_or_else(Response::Refused);
@@ -62,10 +62,10 @@ impl Room {
     async fn fit(&mut self, analyser: u8, channel: u8) -> Result<Response, Refusal> {
         let sums = complete(analyser, channel)?;
         let replay = self.replay(sums.drive).await?;
-        Ok(Response::Fit {
+        Ok(Response::Harmonics {
             drive: sums.drive,
             first_scan: sums.first_scan,
-            fit: fit(replay, &sums, channel).ok_or(undetermined(sums.drive))?,
+            harmonics: fit(replay, &sums, channel).ok_or(undetermined(sums.drive))?,
         })
     }
 
@@ -117,7 +117,7 @@ struct Complete {
 fn complete(analyser: u8, channel: u8) -> Result<Complete, Refusal> {
     path::with(|path| {
         let found = path.analysers.get(usize::from(analyser));
-        let found = found.filter(|found| found.state() == HarmonicState::Complete)?;
+        let found = found.filter(|found| found.state() == AnalyserState::Complete)?;
         let (drive, first_scan, sums) = found.report(channel.into())?;
         Some(Complete {
             drive,
@@ -139,9 +139,9 @@ fn undetermined(drive: Drive) -> Refusal {
 // SAFETY: no other symbol of the program has this name.
 #[unsafe(export_name = "solve_harmonics")]
 #[inline(never)]
-fn fit(replay: &Replay, sums: &Complete, channel: u8) -> Option<Fit> {
+fn fit(replay: &Replay, sums: &Complete, channel: u8) -> Option<ChannelHarmonics> {
     let found = Solver::new(replay)?.solve_channel(sums.rate_hz, channel.into(), &sums.sums);
-    Some(Fit::from(&found))
+    Some(ChannelHarmonics::from(&found))
 }
 
 /// What the motion needs of all channels.

@@ -10,7 +10,7 @@
 
 use embassy_time::{Instant, Timer};
 use hexsense_core::live_pose::{JackBlock, Tracker};
-use hexsense_core::store::{BaseError, JackCoefficients, MotionBase, SetId};
+use hexsense_core::records::{BaseError, JackCoefficients, MotionBase, SetId};
 use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport};
 
 use super::exchange::Exchange;

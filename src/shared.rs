@@ -22,10 +22,10 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
-use hexsense_core::keeper;
+use hexsense_core::storage;
 use hexsense_core::live_pose::JackBlock;
 use hexsense_core::sampling::Calibrator;
-use hexsense_core::store::SetId;
+use hexsense_core::records::SetId;
 use hexsense_core::wire::{PoseReport, Response};
 
 use super::{harmonics, pose, sampling, supply};
@@ -71,7 +71,7 @@ pub struct Exchange {
     /// Link to the sampling task.
     pub to_sampling: Channel<Guard, sampling::Command, 1>,
     /// Link to storage.
-    pub to_storage: Channel<Guard, keeper::Command, 1>,
+    pub to_storage: Channel<Guard, storage::Command, 1>,
     /// Link to harmonics.
     pub to_harmonics: Channel<Guard, harmonics::Command, 1>,
     /// Sampling task, storage and harmonics to link: one answer for each command.

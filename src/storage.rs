@@ -1,9 +1,9 @@
-//! Coefficients, key and log in flash bank 2: the chip's side of the portable [`Keeper`], which decides everything.
+//! Coefficients, key and log in flash bank 2: the chip's side of the portable [`Storage`], which decides everything.
 //!
 //! This task alone touches the flash. Erasing a page takes 22 ms, in which bank 2 cannot be read but the code in
 //! bank 1 runs on; that is why the driver's asynchronous form is used, which waits by interrupt. Its futures are
 //! awaited to their end and never dropped: a dropped erase leaves the flash set up to erase again. It also loses
-//! the error flags of a write, so every write is read back (the keeper does that).
+//! the error flags of a write, so every write is read back (the storage does that).
 
 use core::sync::atomic::Ordering;
 
@@ -12,9 +12,9 @@ use embassy_stm32::flash::{Bank2Region, Flash};
 use embassy_stm32::peripherals::{FLASH, RNG};
 use embassy_stm32::rng::Rng;
 use embassy_time::{Instant, with_timeout};
-use hexsense_core::keeper::Keeper;
+use hexsense_core::storage::Storage;
 use hexsense_core::sampling::Calibrator;
-use hexsense_core::store::SetId;
+use hexsense_core::records::SetId;
 use hexsense_core::wire::Response;
 
 use super::exchange::{Active, Exchange};
@@ -31,28 +31,28 @@ pub async fn store(
     exchange: &'static Exchange,
 ) -> ! {
     let region = Flash::new(flash, Irqs).into_regions().bank2_region;
-    let mut keeper = Keeper::new(region, board);
+    let mut storage = Storage::new(region, board);
     let mut published = None;
-    let loaded = keeper.load().await;
-    publish(&keeper, &mut published, exchange);
+    let loaded = storage.load().await;
+    publish(&storage, &mut published, exchange);
     if loaded.is_err() {
-        defmt::error!("the keeper cannot read its flash");
-    } else if keeper.complete().await.is_err() {
-        defmt::error!("the keeper cannot complete a change");
+        defmt::error!("the storage cannot read its flash");
+    } else if storage.complete().await.is_err() {
+        defmt::error!("the storage cannot complete a change");
     }
     let mut random = Rng::new(random, Irqs);
     loop {
-        publish(&keeper, &mut published, exchange);
+        publish(&storage, &mut published, exchange);
         exchange.alive.storage.signal(());
         if let Ok(command) = with_timeout(STORAGE_HEARTBEAT, exchange.to_storage.receive()).await {
             let now_ms = Instant::now().as_millis();
             let fill =
                 async |challenge: &mut [u8; 16]| random.async_fill_bytes(challenge).await.is_ok();
-            let answer = keeper
+            let answer = storage
                 .carry_out(command, now_ms, fill)
                 .await
                 .unwrap_or_else(Response::Refused);
-            publish(&keeper, &mut published, exchange);
+            publish(&storage, &mut published, exchange);
             exchange.answers.send(answer).await;
         }
     }
@@ -60,14 +60,14 @@ pub async fn store(
 
 /// Gives the active set to those who use it, when it is another than was `published`.
 fn publish(
-    keeper: &Keeper<Bank2Region<'static>>,
+    storage: &Storage<Bank2Region<'static>>,
     published: &mut Option<SetId>,
     exchange: &Exchange,
 ) {
     exchange
         .provisioned
-        .store(keeper.is_provisioned(), Ordering::Relaxed);
-    let active = keeper.active();
+        .store(storage.is_provisioned(), Ordering::Relaxed);
+    let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {
         return;

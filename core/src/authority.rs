@@ -2,7 +2,7 @@
 //!
 //! See [`crate::wire::change`] for the exchange. A challenge serves once, right or wrong, and for
 //! [`CHALLENGE_MS`]. After a wrong tag every change is refused for a second, after the next for two, and so on up to
-//! [`LONGEST_WAIT_MS`]; a right one ends that. Nobody guesses 256 bits; the wait keeps a host that tries from taking
+//! [`MAX_WAIT_MS`]; a right one ends that. Nobody guesses 256 bits; the wait keeps a host that tries from taking
 //! the board's time.
 
 use hmac::{Hmac, KeyInit, Mac};
@@ -16,7 +16,7 @@ pub const CHALLENGE_MS: u64 = 10_000;
 /// Wait after the first wrong tag, ms.
 const FIRST_WAIT_MS: u64 = 1_000;
 /// Longest wait after a wrong tag, ms.
-pub const LONGEST_WAIT_MS: u64 = 64_000;
+pub const MAX_WAIT_MS: u64 = 64_000;
 /// Longest encoded change: 10 bytes of time, and an act of at most 36.
 const MAX_CHANGE: usize = 64;
 
@@ -82,7 +82,7 @@ impl Authority {
             .verify_slice(tag)
             .is_err()
         {
-            let wait_ms = (FIRST_WAIT_MS << self.wrong.min(u32::BITS - 1)).min(LONGEST_WAIT_MS);
+            let wait_ms = (FIRST_WAIT_MS << self.wrong.min(u32::BITS - 1)).min(MAX_WAIT_MS);
             self.wrong = self.wrong.saturating_add(1);
             self.waits_until_ms = now_ms.saturating_add(wait_ms);
             return Err(Refusal::WrongTag);

@@ -14,9 +14,9 @@
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
 //! | [`least_squares`] | the linear fit behind harmonics and calibration |
 //! | [`calibration`] | zero, static holds, heave and sine runs → offsets, matrices, uncertainties |
-//! | [`store`] | the coefficient record, the log of changes and the key, each with its place in flash |
+//! | [`records`] | the coefficient record, the log of changes and the key, each with its place in flash |
 //! | [`authority`] | who may change them |
-//! | [`keeper`] | changes of them, whole or not at all, each with its entry in the log |
+//! | [`storage`] | changes of them, whole or not at all, each with its entry in the log |
 //! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
@@ -30,11 +30,11 @@ pub mod channel;
 pub mod checksum;
 pub mod excitation;
 pub mod harmonics;
-pub mod keeper;
 pub mod kinematics;
 pub mod least_squares;
 pub mod live_motion;
 pub mod live_pose;
+pub mod records;
 pub mod sampling;
-pub mod store;
+pub mod storage;
 pub mod wire;

@@ -13,8 +13,8 @@ use nalgebra::{RealField, convert};
 
 use crate::channel::{JACKS, Scan};
 use crate::kinematics::{ForwardError, Options, Pose, Solution, Solver};
+use crate::records::{BaseError, JackCoefficients, MotionBase};
 use crate::sampling::{BlockSize, BlockSums};
-use crate::store::{BaseError, JackCoefficients, MotionBase};
 
 /// How far a jack may read beyond its stroke, m: a transducer is off by some millimetres at most.
 pub const STROKE_MARGIN_M: f64 = 0.01;

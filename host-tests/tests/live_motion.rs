@@ -7,7 +7,7 @@ use hexsense_core::harmonics::{Harmonics, Series};
 use hexsense_core::kinematics::{Pose, inverse};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::live_pose::Tracker;
-use hexsense_core::store::{JackCoefficients, MotionBase};
+use hexsense_core::records::{JackCoefficients, MotionBase};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
 

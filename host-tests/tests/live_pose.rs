@@ -3,8 +3,8 @@
 use hexsense_core::channel::{INERTIAL, Scan};
 use hexsense_core::kinematics::{ForwardError, Geometry, Pose, inverse};
 use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::records::{JackCoefficients, MotionBase};
 use hexsense_core::sampling::{BLOCK, BlockSize};
-use hexsense_core::store::{JackCoefficients, MotionBase};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};

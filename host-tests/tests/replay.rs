@@ -6,7 +6,7 @@ use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Scan};
 use hexsense_core::harmonics::{ANALYSERS, Analyser, Drive, increment};
 use hexsense_core::sampling::{BlockSize, BlockSums};
 use hexsense_core::wire::StreamContent;
-use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::wire::telemetry::{self, Header, MAX_SCANS, Samples};
 use hexsense_probe::campaign::BoardSums;
 use hexsense_probe::capture::{Capture, CaptureWriter};
 use hexsense_probe::replay::{ReplayError, replay};
@@ -38,8 +38,8 @@ fn recorded(
         for analyser in &mut analysers {
             analyser.take(&BlockSums::of_scans(&scans, first_scan));
         }
-        let first_scans = (first_scan..).step_by(MOST_SCANS);
-        for (scans, first_scan) in scans.chunks(MOST_SCANS).zip(first_scans) {
+        let first_scans = (first_scan..).step_by(MAX_SCANS);
+        for (scans, first_scan) in scans.chunks(MAX_SCANS).zip(first_scans) {
             if !lost.contains(&(first_scan - start)) {
                 writer.push(&sent(scans, first_scan, rate_hz)).unwrap();
             }

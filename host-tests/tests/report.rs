@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::Analyser;
+use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
-use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense_core::wire::Drive;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};

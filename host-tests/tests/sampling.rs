@@ -1,10 +1,10 @@
 //! The sample path: right, the same on every machine, and blind to the supply.
 
 use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
+use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use hexsense_core::sampling::{
     BLOCK, BlockSize, BlockSums, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s,
 };
-use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use proptest::prelude::*;
 
 fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
@@ -165,7 +165,7 @@ fn a_block_gives_the_values_of_its_scans_and_their_sums_at_every_size() {
             .iter()
             .map(|scan| std::array::from_fn(|channel| scan[channel]))
             .collect();
-        let mut values = [[0.0; INERTIAL]; BlockSize::MOST];
+        let mut values = [[0.0; INERTIAL]; BlockSize::MAX_SCANS];
         let mut sums = [0; INERTIAL];
         prepared.block(&inertial, &mut values, &mut sums);
         for (scan, values) in inertial.iter().zip(&values) {

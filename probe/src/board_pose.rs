@@ -5,8 +5,8 @@
 
 use hexsense_core::kinematics::{Angles, Convention, ForwardError, Pose};
 use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::records::{BaseError, CoefficientSet, SetId};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::{BaseError, CoefficientSet, SetId};
 use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport, pose};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::capture::Capture;
 
 /// Most that a board's pose may be off, m and rad: what the solver promises in single precision.
-pub const LIMIT: f64 = 5e-7;
+pub const MAX_DIFFERENCE: f64 = 5e-7;
 
 /// What the board's precision costs over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ pub enum BoardPoseError {
     /// The board's pose is off.
     #[error(
         "scan {scan}: the board's pose is off by {distance_m:.2e} m and {angle_rad:.2e} rad, over the limit of \
-         {LIMIT:.0e} m and rad; firmware and hexsense are of different builds, or single precision does not do for \
+         {MAX_DIFFERENCE:.0e} m and rad; firmware and hexsense are of different builds, or single precision does not do for \
          this base: do not use the board's pose"
     )]
     Off {
@@ -135,7 +135,7 @@ pub fn compare(
             .map_err(|refusal| BoardPoseError::Refused { scan, refusal })?;
         let (distance_m, angle_rad) = double(&theirs).distance(&ours.pose);
         // Negated, so that what is not a number does not pass.
-        if !(distance_m <= LIMIT && angle_rad <= LIMIT) {
+        if !(distance_m <= MAX_DIFFERENCE && angle_rad <= MAX_DIFFERENCE) {
             return Err(BoardPoseError::Off {
                 scan,
                 distance_m,
@@ -241,7 +241,7 @@ mod tests {
     use crate::geometry_file::GeometryFile;
     use hexsense_core::channel::INERTIAL;
     use hexsense_core::kinematics::displacements;
-    use hexsense_core::store::{JackCoefficients, MotionBase, TriadCoefficients};
+    use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
 
     const ID: SetId = SetId([3; 8]);
 

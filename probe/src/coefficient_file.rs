@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::UNIX_EPOCH;
 
 use hexsense_core::channel::{JACKS, Triad};
-use hexsense_core::store::{
+use hexsense_core::records::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, RecordError, TriadCoefficients,
 };
 use serde::{Deserialize, Serialize};

@@ -1,16 +1,9 @@
-//! Points in time: the host's clock, and how they are printed.
+//! Points in time as people read them.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, UNIX_EPOCH};
 
 /// 9999-12-31T23:59:59Z, the last that has a date of four digits.
 const LAST: u64 = 253_402_300_799;
-
-/// The host's clock, seconds since 1970-01-01 UTC.
-#[must_use]
-pub fn now() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| now.as_secs())
-}
 
 /// Date and time in UTC of seconds since 1970-01-01 UTC, such as 2026-01-31T12:00:00Z; a number that is no date, which
 /// a host with another clock may have written, as it is.

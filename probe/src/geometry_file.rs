@@ -16,7 +16,7 @@ use std::path::Path;
 use geometries::PRESETS;
 use hexsense_core::kinematics::convention::from_z_up;
 use hexsense_core::kinematics::{Geometry, GeometryError};
-use hexsense_core::store::record::MAX_NAME;
+use hexsense_core::records::record::MAX_NAME;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -25,7 +25,7 @@ use crate::files::{self, FileError};
 
 const DEFAULT_HINGE_TOLERANCE_M: f64 = 0.0005;
 /// No motion base is larger, m; a file beyond it is in other units.
-const LARGEST_M: f64 = 100.0;
+const MAX_COORDINATE_M: f64 = 100.0;
 
 /// A motion base as its file describes it.
 #[derive(Debug, Clone)]
@@ -150,9 +150,14 @@ impl GeometryFile {
         let geometry = Geometry::new(
             hinges(source, "lower", &keys.lower, keys.axes)?,
             hinges(source, "upper", &keys.upper, keys.axes)?,
-            number("length_min", keys.length_min, 0.0, LARGEST_M)?,
-            number("length_max", keys.length_max, 0.0, LARGEST_M)?,
-            optional("home_height", keys.home_height, -LARGEST_M, LARGEST_M)?,
+            number("length_min", keys.length_min, 0.0, MAX_COORDINATE_M)?,
+            number("length_max", keys.length_max, 0.0, MAX_COORDINATE_M)?,
+            optional(
+                "home_height",
+                keys.home_height,
+                -MAX_COORDINATE_M,
+                MAX_COORDINATE_M,
+            )?,
         )
         .map_err(|error| GeometryFileError::Base {
             file: source.to_owned(),
@@ -205,7 +210,7 @@ fn hinges(
                 file,
                 &format!("{key}.{axis}"),
                 value,
-                -LARGEST_M..=LARGEST_M,
+                -MAX_COORDINATE_M..=MAX_COORDINATE_M,
             )?;
         }
         hinges[index] = match axes {

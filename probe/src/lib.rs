@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
-//! | [`link`] | the conversation with the board |
+//! | [`reconnect`] | a board that went away, and comes back |
 //! | [`key_file`] | the key without which nothing on the board can be changed |
 //! | [`motion`] | who drives the base: a person at its controller, or the twin |
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
@@ -17,7 +17,7 @@
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
 //! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
 //! | [`cli`] | the commands |
-//! | [`date`] | the host's clock, and dates as people read them |
+//! | [`date`] | dates as people read them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -31,9 +31,9 @@ pub mod files;
 pub mod geometry_file;
 pub mod interrupt;
 pub mod key_file;
-pub mod link;
 pub mod motion;
 pub mod plan;
+pub mod reconnect;
 pub mod record;
 pub mod replay;
 pub mod report;

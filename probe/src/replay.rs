@@ -6,8 +6,8 @@
 
 use hexsense_core::channel::{NAMES, Scan};
 use hexsense_core::harmonics::{Analyser, ChannelSums, HARMONICS};
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::sampling::{BlockSums, Calibrator, Values};
-use hexsense_core::store::CoefficientSet;
 use hexsense_core::wire::Drive;
 
 use crate::campaign::BoardSums;

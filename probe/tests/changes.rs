@@ -9,11 +9,11 @@ use fake::key::KEY;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
-use hexsense_core::store::log::{Entry, Reason};
-use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_client::{ChangeError, Client, UploadError};
+use hexsense_core::records::log::{Entry, Reason};
+use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::Refusal;
 use hexsense_core::wire::change::Key;
-use hexsense_probe::link::{ChangeError, Client, UploadError};
 
 const OTHER_KEY: Key = Key([0x0D; 32]);
 const FACTORY_RESET: &str = "factory reset";

@@ -9,8 +9,8 @@ use fake::key::KEY;
 use fake::line::Line;
 use fake::source::Still;
 use fake::{FakeBoard, Fault};
+use hexsense_client::{Client, LinkError, ProtocolError, TransportError, UploadError};
 use hexsense_core::wire::{Refusal, StreamContent, VERSION};
-use hexsense_probe::link::{Client, LinkError, ProtocolError, TransportError, UploadError};
 
 const COUNTS: StreamContent = StreamContent {
     counts: true,

@@ -9,12 +9,12 @@ use assert_cmd::Command;
 use fake::FakeBoard;
 use fake::line::lockstep;
 use fake::source::Source;
+use hexsense_client::Client;
 use hexsense_core::channel::Scan;
 use hexsense_core::harmonics::increment;
 use hexsense_core::sampling::{BlockSize, Calibrator};
 use hexsense_core::wire::Drive;
 use hexsense_probe::capture::Capture;
-use hexsense_probe::link::Client;
 use serde_json::Value;
 
 /// Counts that are different in every scan and channel.

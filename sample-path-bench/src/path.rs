@@ -4,8 +4,8 @@ use core::hint::black_box;
 
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::harmonics::{Analyser, Drive, Step, increment, solve};
+use hexsense_core::records::TriadCoefficients;
 use hexsense_core::sampling::{BlockSize, BlockSums, Calibrator, Prepared, Values, add_up};
-use hexsense_core::store::TriadCoefficients;
 use static_cell::ConstStaticCell;
 
 use crate::signal;
@@ -148,9 +148,9 @@ impl State {
 }
 
 struct Memory {
-    inertial: [[u16; INERTIAL]; BlockSize::MOST],
-    jacks: [[u16; JACKS]; BlockSize::MOST],
-    values: [Values; BlockSize::MOST],
+    inertial: [[u16; INERTIAL]; BlockSize::MAX_SCANS],
+    jacks: [[u16; JACKS]; BlockSize::MAX_SCANS],
+    values: [Values; BlockSize::MAX_SCANS],
     /// For the path, the sums and the path with jacks.
     states: [State; 3],
 }
@@ -158,9 +158,9 @@ struct Memory {
 /// Drives every size of block, then estimates the signal.
 pub fn run() {
     static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory {
-        inertial: [[0; INERTIAL]; BlockSize::MOST],
-        jacks: [[0; JACKS]; BlockSize::MOST],
-        values: [[0.0; INERTIAL]; BlockSize::MOST],
+        inertial: [[0; INERTIAL]; BlockSize::MAX_SCANS],
+        jacks: [[0; JACKS]; BlockSize::MAX_SCANS],
+        values: [[0.0; INERTIAL]; BlockSize::MAX_SCANS],
         states: [State::NEW; 3],
     });
     // Its address must not be known, or the sums are found by longer instructions than on the board.

@@ -11,7 +11,7 @@ use cortex_m_rt::exception;
 use embassy_stm32::interrupt::typelevel::{FLASH, Handler};
 use embassy_stm32::pac;
 use embassy_time::Instant;
-use hexsense_core::wire::status::Tally;
+use hexsense_core::wire::status::EventCount;
 
 use super::panic::{self, Text};
 use super::tallies;
@@ -26,13 +26,13 @@ pub fn watch() {
 }
 
 /// How many torn words were read.
-pub fn torn_words() -> Tally {
+pub fn torn_words() -> EventCount {
     loop {
         let count = TORN.load(Ordering::SeqCst);
         let [low, high] = [0, 1].map(|half| TORN_MS[half].load(Ordering::SeqCst));
         // The interrupt may have come in between; then what was read may not belong together.
         if TORN.load(Ordering::SeqCst) == count {
-            return Tally {
+            return EventCount {
                 count,
                 last_ms: u64::from(high) << 32 | u64::from(low),
             };

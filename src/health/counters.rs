@@ -8,7 +8,7 @@ use core::cell::Cell;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_time::Instant;
 use hexsense_core::wire::FrameError;
-use hexsense_core::wire::status::{Events, Tally};
+use hexsense_core::wire::status::{Events, EventCount};
 
 use super::ecc;
 use super::exchange::Guard;
@@ -16,7 +16,7 @@ use super::exchange::Guard;
 static EVENTS: Mutex<Guard, Cell<Events>> = Mutex::new(Cell::new(Events::NONE));
 
 /// Counts one more of what `tally` picks, now.
-pub fn note(tally: fn(&mut Events) -> &mut Tally) {
+pub fn note(tally: fn(&mut Events) -> &mut EventCount) {
     let uptime_ms = Instant::now().as_millis();
     EVENTS.lock(|events| {
         let mut all = events.get();

@@ -61,7 +61,7 @@ pub fn take() -> Option<Message> {
 }
 
 /// Most addresses that are told; as many as fit a message.
-const MOST_CALLS: usize = 12;
+const MAX_CALLS: usize = 12;
 
 // RAM that the stack lies in: its end below and its start above, from the linker.
 unsafe extern "C" {
@@ -134,7 +134,7 @@ pub fn stop(Text(message): Text) -> ! {
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     let mut text = Text::new("panic called from");
-    for address in Calls::here().take(MOST_CALLS) {
+    for address in Calls::here().take(MAX_CALLS) {
         text = text.then(" ").hexadecimal(address);
     }
     stop(text)

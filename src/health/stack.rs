@@ -23,7 +23,7 @@ use super::panic::{self, Text};
 const FOR_PANIC: usize = 2_048;
 /// A push of many registers that does not fit leaves the stack pointer where it was: up to so many bytes, with the
 /// fault's frame, still count as an overflow.
-const LARGEST_PUSH: usize = 256;
+const MAX_PUSH: usize = 256;
 /// Bits of CFSR: a frame could not be stacked (MSTKERR, STKERR).
 const NOT_STACKED: u32 = 1 << 4 | 1 << 12;
 
@@ -79,7 +79,7 @@ unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame) -> ! {
     }
     // SAFETY: the core has stacked a frame there; where the stack was given anew, it lies far below what is used now.
     let frame = unsafe { &*frame };
-    if core::ptr::from_ref(frame).addr() < bottom + LARGEST_PUSH {
+    if core::ptr::from_ref(frame).addr() < bottom + MAX_PUSH {
         panic::stop(Text::new("stack overflow at 0x").hexadecimal(frame.pc()));
     }
     panic::stop(

@@ -31,7 +31,7 @@ use super::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
 use super::trigger::Trigger;
 
 /// Scans that a ring holds: two of the largest blocks.
-const RING: usize = 2 * BlockSize::MOST;
+const RING: usize = 2 * BlockSize::MAX_SCANS;
 
 /// Why the converters must be built anew. None of them is zero, so that no fault is: the path's state begins as zeros.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]

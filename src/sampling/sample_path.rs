@@ -33,7 +33,7 @@ use embassy_time::Instant;
 use hexsense_core::channel::{INERTIAL, JACKS, unrolled};
 use hexsense_core::harmonics::{ANALYSERS, Analyser, Step};
 use hexsense_core::sampling::{BlockSize, Prepared, Values, add_up};
-use hexsense_core::wire::status::{PathCycles, Tally};
+use hexsense_core::wire::status::{PathCycles, EventCount};
 use hexsense_core::wire::{StreamContent, telemetry};
 
 use super::acquisition::{Fault, Filled};
@@ -76,7 +76,7 @@ pub struct Path {
     /// Whether the link wants blocks.
     wanted: bool,
     /// Blocks that the link had no room for, with their time.
-    pub dropped: Tally,
+    pub dropped: EventCount,
     /// Uptime at the first block with a set, ms.
     pub first_with_set_ms: Option<u64>,
     prepared: Prepared,
@@ -108,7 +108,7 @@ impl Path {
                 pose: false,
             },
             wanted: false,
-            dropped: Tally::NONE,
+            dropped: EventCount::NONE,
             first_with_set_ms: None,
             prepared: Prepared::NONE,
             steps: [Step::NONE; ANALYSERS],
@@ -182,7 +182,7 @@ impl Path {
     fn note_times(&mut self) {
         let dropped = self.progress.dropped;
         if dropped != self.dropped.count {
-            self.dropped = Tally {
+            self.dropped = EventCount {
                 count: dropped,
                 last_ms: Instant::now().as_millis(),
             };

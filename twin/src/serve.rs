@@ -19,7 +19,7 @@ use crate::truth_log::TruthLog;
 /// What asks for the next chunk: `N`.
 pub const NEXT: u8 = 0x4E;
 /// Longest request to the controller, bytes.
-const LONGEST_REQUEST: u64 = 65_536;
+const MAX_REQUEST: u64 = 65_536;
 
 /// Why the twin stops serving.
 #[derive(Debug, Error)]
@@ -153,17 +153,17 @@ fn serve_host(host: &TcpStream, twin: &Mutex<Twin>) -> io::Result<()> {
         line.clear();
         let length = reader
             .by_ref()
-            .take(LONGEST_REQUEST)
+            .take(MAX_REQUEST)
             .read_until(b'\n', &mut line)?;
         if length == 0 {
             return Ok(());
         }
         let answer = control::answer(&line, || lock(twin));
         writer.write_all(answer.as_bytes())?;
-        if length as u64 == LONGEST_REQUEST {
+        if length as u64 == MAX_REQUEST {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
-                format!("request longer than {LONGEST_REQUEST} bytes"),
+                format!("request longer than {MAX_REQUEST} bytes"),
             ));
         }
     }

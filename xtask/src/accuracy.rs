@@ -19,7 +19,7 @@ pub struct Arguments {
 }
 
 /// Largest error of the first harmonic against least squares in double precision on the same counts, over the amplitude.
-const LARGEST: f64 = 5e-7;
+const MAX_ERROR: f64 = 5e-7;
 
 /// Measures and prints; fails when an error is too large.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -33,10 +33,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         print_table(&errors);
     }
-    let large = errors.iter().find(|errors| errors.of_blocks > LARGEST);
+    let large = errors.iter().find(|errors| errors.of_blocks > MAX_ERROR);
     ensure!(
         large.is_none(),
-        "an error is larger than {LARGEST:e}: {large:?}"
+        "an error is larger than {MAX_ERROR:e}: {large:?}"
     );
     Ok(())
 }

@@ -12,14 +12,14 @@ use crate::build::{cargo, workspace};
 use crate::process::{checked, output};
 
 /// Longest input, bytes: what targets do with longer ones is the same again, and slower.
-const LONGEST: u32 = 128;
+const MAX_LENGTH: u32 = 128;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Inputs for each target
     #[arg(long, default_value_t = 1_000_000)]
     runs: u64,
-    /// The only target to run: frames, messages, keeper or records
+    /// The only target to run: frames, messages, storage or records
     target: Option<String>,
 }
 
@@ -63,7 +63,7 @@ fn fuzz(name: &str, grown: &Path, runs: u64) -> Command {
     command.args([
         "--".to_owned(),
         format!("-runs={runs}"),
-        format!("-max_len={LONGEST}"),
+        format!("-max_len={MAX_LENGTH}"),
         "-print_final_stats=1".to_owned(),
     ]);
     command

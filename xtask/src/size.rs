@@ -228,8 +228,8 @@ mod tests {
             ("hexsense_core::wire::frame::encode", "hexsense_core::wire"),
             ("firmware::board::pose::find::POOL", "firmware::board::pose"),
             (
-                "<hexsense_core::store::record::SetId as core::fmt::Debug>::fmt",
-                "hexsense_core::store",
+                "<hexsense_core::records::record::SetId as core::fmt::Debug>::fmt",
+                "hexsense_core::records",
             ),
             ("<&T as core::fmt::Debug>::fmt", "core"),
             ("_SEGGER_RTT", "(interrupts, runtime)"),

@@ -1,7 +1,7 @@
 //! Sets of coefficients to try a board with: any numbers, for a base of round ones.
 
 use hexsense_core::channel::Triad;
-use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 
 /// Pseudo-random bits (xorshift, Marsaglia 2003).
 pub struct Random(pub u32);

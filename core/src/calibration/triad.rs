@@ -20,7 +20,7 @@ use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 
 use super::AXES;
 use crate::least_squares::{NormalEquations, Solution};
-use crate::store::record::is_singular;
+use crate::records::record::is_singular;
 
 /// Runs with holds: one along pitch, one along roll.
 pub const HOLD_RUNS: usize = 2;

@@ -20,7 +20,7 @@ use core::hint::black_box;
 
 use crate::channel::{CHANNELS, INERTIAL, JACKS, unrolled};
 use crate::sampling::{BlockSize, BlockSums};
-use crate::wire::HarmonicState;
+use crate::wire::AnalyserState;
 use serde::{Deserialize, Serialize};
 
 use super::HARMONICS;
@@ -279,15 +279,15 @@ impl Analyser {
 
     /// How far the sums are.
     #[must_use]
-    pub fn state(&self) -> HarmonicState {
+    pub fn state(&self) -> AnalyserState {
         if self.blocks == 0 {
-            HarmonicState::Idle
+            AnalyserState::Idle
         } else if self.taken < self.settle_blocks {
-            HarmonicState::Settling
+            AnalyserState::Settling
         } else if self.is_complete() {
-            HarmonicState::Complete
+            AnalyserState::Complete
         } else {
-            HarmonicState::Summing
+            AnalyserState::Summing
         }
     }
 

@@ -4,7 +4,7 @@
 //! looked for, and has three prices:
 //!
 //! - **Noise.** The sum sees harmonic k smaller by sin(πkfB/r) / (B sin(πkf/r)) at scan rate r, the noise as it is.
-//!   At 5fB/r = [`LARGEST_TURN`] = 0.1 the fifth harmonic's standard deviation is 1.7 % above the bound for single
+//!   At 5fB/r = [`MAX_TURN`] = 0.1 the fifth harmonic's standard deviation is 1.7 % above the bound for single
 //!   scans; that of the first 0.07 %.
 //! - **Rounding.** Counts are whole; sums of blocks and single scans weigh what rounding does a little differently. Of a
 //!   signal without noise the two fits differ by up to 5·turn/√n counts in a window of one period and 0.45·turn/√n from
@@ -23,14 +23,14 @@ use super::HARMONICS;
 use crate::sampling::BlockSize;
 
 /// Largest turn of the fifth harmonic in one block.
-pub const LARGEST_TURN: f64 = 0.1;
+pub const MAX_TURN: f64 = 0.1;
 
 /// Most turn of the fifth harmonic in one block for `periods` periods of so many scans each.
 #[must_use]
 pub fn largest_turn(periods: f64, scans_of_period: f64) -> f64 {
     // Between one period and three the drift is hardly told from the first harmonic, and all that rounding does grows.
     let by_rounding = if periods > 2.5 { 3.3e-3 } else { 3e-4 };
-    LARGEST_TURN.min(by_rounding * libm::sqrt(scans_of_period))
+    MAX_TURN.min(by_rounding * libm::sqrt(scans_of_period))
 }
 
 /// A known disturbance that a block would mistake for a harmonic.

@@ -30,7 +30,7 @@ use crate::sampling::instant_s;
 const CORRECTIONS: usize = 3;
 /// Most that the other columns may add to the variance of an unknown. Beyond it an uncertainty is a thousand times what
 /// it would be alone, and the table's rounding no longer so small against what is left.
-const MOST_INFLATION: f64 = 1e6;
+const MAX_INFLATION: f64 = 1e6;
 /// The value of one in each column of Z.
 const ONE: f64 = table::ONE as f64;
 
@@ -81,7 +81,7 @@ impl<'a> Solver<'a> {
         }
         let factor = Factor::new(squares)?;
         let inflated = |column: usize| {
-            squares[lower(column, column)] * factor.inverse(column)[column] > MOST_INFLATION
+            squares[lower(column, column)] * factor.inverse(column)[column] > MAX_INFLATION
         };
         if (0..REGRESSORS).any(inflated) {
             return None;

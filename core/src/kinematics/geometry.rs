@@ -23,7 +23,7 @@ use super::{inverse::inverse, jacobian::condition_bound, pose::Pose};
 
 /// [Bound](condition_bound) of the condition number of the Jacobian at home beyond which a set of hinges is refused:
 /// such a base does not hold its platform. Real bases in metres stay far below.
-pub const HOME_CONDITION_LIMIT: f64 = 1e6;
+pub const MAX_HOME_CONDITION: f64 = 1e6;
 
 /// Hinges, stroke and home of a motion base. Constructed only from values that make sense together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +119,7 @@ pub enum GeometryError<T: RealField + Copy> {
     },
     /// The platform can move at home while all jacks stand still.
     #[error(
-        "at the home height of {home_height} m the condition number of the Jacobian is about {condition_bound}, over {HOME_CONDITION_LIMIT}: these hinges do not hold the platform"
+        "at the home height of {home_height} m the condition number of the Jacobian is about {condition_bound}, over {MAX_HOME_CONDITION}: these hinges do not hold the platform"
     )]
     HomeSingular {
         /// Home height, given or found, m.
@@ -191,7 +191,7 @@ impl<T: RealField + Copy> Geometry<T> {
             }
         }
         let condition_bound = condition_bound(self, &home);
-        let holds = condition_bound <= convert(HOME_CONDITION_LIMIT);
+        let holds = condition_bound <= convert(MAX_HOME_CONDITION);
         if !holds {
             return Err(GeometryError::HomeSingular {
                 home_height: self.home_height_m,

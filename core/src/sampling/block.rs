@@ -38,7 +38,7 @@ impl BlockSize {
         Self::ThirtyTwo,
     ];
     /// Scans of the largest block.
-    pub const MOST: usize = Self::ThirtyTwo.scans();
+    pub const MAX_SCANS: usize = Self::ThirtyTwo.scans();
 
     /// Number of scans.
     #[must_use]
@@ -72,7 +72,7 @@ pub struct BlockSums {
 }
 
 impl BlockSums {
-    /// Sums of whole scans, of at most [`BlockSize::MOST`].
+    /// Sums of whole scans, of at most [`BlockSize::MAX_SCANS`].
     #[must_use]
     pub fn of_scans(scans: &[Scan], first_scan: u64) -> Self {
         let mut all = [0; CHANNELS];

@@ -16,7 +16,7 @@
 //! has the raw counts, the supply factor and the active set recomputes the board's values bit for bit.
 
 use crate::channel::{INERTIAL, Scan, Triad};
-use crate::store::{CoefficientSet, TriadCoefficients};
+use crate::records::{CoefficientSet, TriadCoefficients};
 
 /// Calibrated values of one scan: m/s², rad/s², rad/s, in the order of [`crate::channel::NAMES`].
 pub type Values = [f32; INERTIAL];

@@ -12,8 +12,8 @@ use embassy_sync::watch::Receiver;
 use embassy_time::Instant;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::{ANALYSERS, Analyser, ChannelSums};
-use hexsense_core::keeper;
 use hexsense_core::sampling::{BlockSize, RATES_HZ};
+use hexsense_core::storage;
 use hexsense_core::wire::frame::{self, Closed};
 use hexsense_core::wire::message::{self, Request, Response, StreamContent};
 use hexsense_core::wire::status::{Events, Status};
@@ -133,10 +133,10 @@ impl Desk {
             Request::Rate(hz) => return self.set_rate(hz, sequence),
             Request::Block(block) => return self.set_block(block, sequence),
             Request::Drive { analyser, drive } => return self.set_drive(analyser, drive),
-            Request::Harmonics { analyser, channel } => return sums(analyser, channel),
-            Request::Fit { analyser, channel } => {
+            Request::Sums { analyser, channel } => return sums(analyser, channel),
+            Request::Harmonics { analyser, channel } => {
                 check(analyser, channel)?;
-                let command = harmonics::Command::Fit(analyser, channel);
+                let command = harmonics::Command::Harmonics(analyser, channel);
                 return self.order(&self.exchange.to_harmonics, command, sequence);
             }
             Request::Motion { analyser } => {
@@ -144,15 +144,15 @@ impl Desk {
                 let command = harmonics::Command::Motion(analyser);
                 return self.order(&self.exchange.to_harmonics, command, sequence);
             }
-            Request::ActiveSet => keeper::Command::ActiveSet,
-            Request::ReadSet { offset } => keeper::Command::Read(offset),
-            Request::History { age } => keeper::Command::History(age),
-            Request::Log { counter } => keeper::Command::Log(counter),
-            Request::Challenge => keeper::Command::Challenge,
-            Request::Change { change, tag } => keeper::Command::Change(change, tag),
-            Request::UploadChunk { offset, bytes } => keeper::Command::Chunk(offset, bytes),
-            Request::UploadCommit => keeper::Command::Commit,
-            Request::UploadAbort => keeper::Command::Abort,
+            Request::ActiveSet => storage::Command::ActiveSet,
+            Request::ReadSet { offset } => storage::Command::Read(offset),
+            Request::History { age } => storage::Command::History(age),
+            Request::Log { counter } => storage::Command::Log(counter),
+            Request::Challenge => storage::Command::Challenge,
+            Request::Change { change, tag } => storage::Command::Change(change, tag),
+            Request::UploadChunk { offset, bytes } => storage::Command::Chunk(offset, bytes),
+            Request::UploadCommit => storage::Command::Commit,
+            Request::UploadAbort => storage::Command::Abort,
         };
         self.order(&self.exchange.to_storage, command, sequence)
     }
@@ -272,7 +272,7 @@ fn sums(analyser: u8, channel: u8) -> Result<Outcome, Refusal> {
     })
     .ok_or(Refusal::Analyser { analyser })?;
     let (drive, first_scan, sums) = report.unwrap_or((NO_DRIVE, 0, ChannelSums::default()));
-    Ok(Some(Response::Harmonics {
+    Ok(Some(Response::Sums {
         state,
         drive,
         first_scan,
@@ -292,10 +292,10 @@ fn check(analyser: u8, channel: u8) -> Result<(), Refusal> {
 
 fn check_capacity(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    if bits_per_s > telemetry::LIMIT_BITS_PER_S {
+    if bits_per_s > telemetry::MAX_BITS_PER_S {
         return Err(Refusal::LinkCapacity {
             bits_per_s,
-            limit: telemetry::LIMIT_BITS_PER_S,
+            limit: telemetry::MAX_BITS_PER_S,
         });
     }
     Ok(())

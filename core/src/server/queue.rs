@@ -11,12 +11,12 @@
 //! supply, temperature and set, a [`Context`], of which the latest few are kept; where they do not, a piece ends early.
 
 use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::records::SetId;
 use hexsense_core::sampling::{BlockSize, Values};
-use hexsense_core::store::SetId;
-use hexsense_core::wire::telemetry::{MOST_SCANS, Samples};
+use hexsense_core::wire::telemetry::{MAX_SCANS, Samples};
 
 /// Scans in the ring: 16 ms at 4 kHz, three times as long as the longest frame takes.
-const SCANS: usize = 2 * BlockSize::MOST;
+const SCANS: usize = 2 * BlockSize::MAX_SCANS;
 /// Contexts that are kept. The supply is read ten times a second, and no block waits for a tenth of that.
 const CONTEXTS: usize = 4;
 
@@ -131,9 +131,9 @@ impl Queue {
         (self.block, self.head, self.waiting, self.latest) = (block, 0, 0, 0);
     }
 
-    /// From now on a piece is due when `scans` wait, at most [`MOST_SCANS`].
+    /// From now on a piece is due when `scans` wait, at most [`MAX_SCANS`].
     pub fn gather(&mut self, scans: usize) {
-        self.gathered = scans.min(MOST_SCANS);
+        self.gathered = scans.min(MAX_SCANS);
     }
 
     /// Forgets what waits.
@@ -171,7 +171,7 @@ impl Queue {
         let scans = self.block.scans();
         self.stamps[self.head % SCANS] = Stamp::new(first_scan, self.context);
         // The second piece of a block that has one, or the first once more: the same work for every size.
-        let second = scans / 2 / MOST_SCANS * MOST_SCANS;
+        let second = scans / 2 / MAX_SCANS * MAX_SCANS;
         self.stamps[(self.head + second) % SCANS] =
             Stamp::new(first_scan + second as u64, self.context);
         let kept = wanted & (self.waiting + 2 * scans <= SCANS);
@@ -226,7 +226,7 @@ impl Queue {
 
     /// Scans with one stamp: those of a block, or of a large block's half.
     fn unit(&self) -> usize {
-        self.block.scans().min(MOST_SCANS)
+        self.block.scans().min(MAX_SCANS)
     }
 
     /// Scans of the next piece: as many as are gathered, or those up to where the next does not follow on them.

@@ -16,14 +16,14 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::store::SetId;
+use crate::records::SetId;
 
 /// Random bytes that a tag answers.
 pub type Challenge = [u8; 16];
 /// HMAC-SHA256 over challenge, board and change.
 pub type Tag = [u8; 32];
 
-/// The secret that the board and its keeper share.
+/// The secret that the board and the key holder share.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Key(pub [u8; 32]);
 

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::harmonics::{ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty};
 use crate::live_motion::Motion;
+use crate::records::SetId;
+use crate::records::log::Entry;
 use crate::sampling::BlockSize;
-use crate::store::SetId;
-use crate::store::log::Entry;
 use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 use crate::wire::pose::PoseRefusal;
@@ -43,8 +43,8 @@ pub enum Request {
         /// What to estimate; made for the block that the board takes now.
         drive: Drive,
     },
-    /// Sums of one channel at the drive frequency of one analyser → [`Response::Harmonics`].
-    Harmonics {
+    /// Sums of one channel at the drive frequency of one analyser → [`Response::Sums`].
+    Sums {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
         /// Index of the channel in a scan, 0 to 14.
@@ -89,16 +89,16 @@ pub enum Request {
     UploadCommit,
     /// Forget the upload under way → [`Response::Done`].
     UploadAbort,
-    /// Harmonics of one channel from the complete sums of one analyser, solved by the board → [`Response::Fit`].
+    /// Harmonics of one channel from the complete sums of one analyser, solved by the board → [`Response::Harmonics`].
     /// [`Refusal::Busy`] while a long window is gone through: ask again, the board has gone on by then.
-    Fit {
+    Harmonics {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
         /// Index of the channel in a scan, 0 to 14.
         channel: u8,
     },
     /// How the base moved at the drive frequency of one analyser, and what each sensor showed of it →
-    /// [`Response::Motion`]; refused without an active set, otherwise as [`Request::Fit`].
+    /// [`Response::Motion`]; refused without an active set, otherwise as [`Request::Harmonics`].
     Motion {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
@@ -126,7 +126,7 @@ impl StreamContent {
 
 /// How far the harmonic sums have come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum HarmonicState {
+pub enum AnalyserState {
     /// No drive was set.
     Idle,
     /// Transients are passing.
@@ -153,9 +153,9 @@ pub enum Response {
     /// How the board is.
     Status(Status),
     /// Sums of one channel at the drive frequency.
-    Harmonics {
+    Sums {
         /// How far the sums are.
-        state: HarmonicState,
+        state: AnalyserState,
         /// What is being estimated.
         drive: Drive,
         /// Scan counter of the first scan in the sums.
@@ -191,13 +191,13 @@ pub enum Response {
         sets: u8,
     },
     /// Harmonics of one channel.
-    Fit {
+    Harmonics {
         /// What was estimated.
         drive: Drive,
         /// Scan counter of the first scan in the sums.
         first_scan: u64,
         /// What the board found.
-        fit: Fit,
+        harmonics: ChannelHarmonics,
     },
     /// The motion at the drive frequency.
     Motion {
@@ -212,7 +212,7 @@ pub enum Response {
 
 /// Harmonics of one channel as the board solves them, counts and rad at the trigger of the first scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Fit {
+pub struct ChannelHarmonics {
     /// Mean over the window, counts.
     pub offset: f64,
     /// Change from the window's start to its end, counts.
@@ -244,7 +244,7 @@ pub struct Kept {
     pub uploaded_unix_s: u64,
 }
 
-impl From<&Harmonics> for Fit {
+impl From<&Harmonics> for ChannelHarmonics {
     fn from(found: &Harmonics) -> Self {
         Self {
             offset: found.offset,

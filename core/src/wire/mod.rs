@@ -29,7 +29,7 @@ pub mod telemetry;
 
 pub use crate::harmonics::Drive;
 pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
-pub use message::{HarmonicState, Identity, Request, Response, StreamContent};
+pub use message::{AnalyserState, Identity, Request, Response, StreamContent};
 pub use pose::{BoardPose, PoseRefusal, PoseReport};
 pub use refusal::Refusal;
 pub use status::Status;

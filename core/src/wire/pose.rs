@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use crate::kinematics::{ForwardError, Solution};
+use crate::records::{BaseError, SetId};
 use crate::sampling::BlockSize;
-use crate::store::{BaseError, SetId};
 
 /// Most reports in a second; of the blocks that come faster the latest counts.
 pub const MAX_RATE_HZ: u32 = 100;

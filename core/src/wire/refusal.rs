@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::harmonics::DriveError;
-use crate::store::RecordError;
+use crate::records::RecordError;
 
 /// Why a request was refused. Each says what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::message::HarmonicState;
+use super::message::AnalyserState;
 use crate::harmonics::ANALYSERS;
 use crate::sampling::BlockSize;
 
@@ -67,14 +67,14 @@ impl Resets {
 
 /// How often something happened, and when last.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct EventCount {
     /// Times since the start; the count stops at its largest value.
     pub count: u32,
     /// Uptime at the last time, ms; 0 when it never happened.
     pub last_ms: u64,
 }
 
-impl Tally {
+impl EventCount {
     /// Never.
     pub const NONE: Self = Self {
         count: 0,
@@ -94,49 +94,49 @@ impl Tally {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Events {
     /// A result of a converter was not fetched before the next came. The converters were started anew.
-    pub overruns: Tally,
+    pub overruns: EventCount,
     /// A block was not read before it was overwritten. The converters were started anew.
-    pub late_blocks: Tally,
+    pub late_blocks: EventCount,
     /// The converters gave no block. They were started anew.
-    pub stuck: Tally,
+    pub stuck: EventCount,
     /// The link had no room for a block.
-    pub blocks_dropped: Tally,
+    pub blocks_dropped: EventCount,
     /// An answer or a block could not be sent.
-    pub frames_unsent: Tally,
+    pub frames_unsent: EventCount,
     /// Received bytes between two zeros were not COBS.
-    pub frames_not_cobs: Tally,
+    pub frames_not_cobs: EventCount,
     /// A received frame was too short or too long to be one.
-    pub frames_of_wrong_length: Tally,
+    pub frames_of_wrong_length: EventCount,
     /// The checksum of a received frame did not fit.
-    pub frames_of_wrong_checksum: Tally,
+    pub frames_of_wrong_checksum: EventCount,
     /// A received frame was of no kind that a host sends.
-    pub frames_of_wrong_kind: Tally,
+    pub frames_of_wrong_kind: EventCount,
     /// Bytes came faster than they were taken from the receiver.
-    pub receiver_overruns: Tally,
+    pub receiver_overruns: EventCount,
     /// The receiver saw a framing error or noise.
-    pub receiver_errors: Tally,
+    pub receiver_errors: EventCount,
     /// The flash corrected a bit of a word that was read.
-    pub flash_corrections: Tally,
+    pub flash_corrections: EventCount,
     /// A torn word of flash was read: one whose programming or erasure had been cut short.
-    pub torn_words: Tally,
+    pub torn_words: EventCount,
 }
 
 impl Events {
     /// None yet.
     pub const NONE: Self = Self {
-        overruns: Tally::NONE,
-        late_blocks: Tally::NONE,
-        stuck: Tally::NONE,
-        blocks_dropped: Tally::NONE,
-        frames_unsent: Tally::NONE,
-        frames_not_cobs: Tally::NONE,
-        frames_of_wrong_length: Tally::NONE,
-        frames_of_wrong_checksum: Tally::NONE,
-        frames_of_wrong_kind: Tally::NONE,
-        receiver_overruns: Tally::NONE,
-        receiver_errors: Tally::NONE,
-        flash_corrections: Tally::NONE,
-        torn_words: Tally::NONE,
+        overruns: EventCount::NONE,
+        late_blocks: EventCount::NONE,
+        stuck: EventCount::NONE,
+        blocks_dropped: EventCount::NONE,
+        frames_unsent: EventCount::NONE,
+        frames_not_cobs: EventCount::NONE,
+        frames_of_wrong_length: EventCount::NONE,
+        frames_of_wrong_checksum: EventCount::NONE,
+        frames_of_wrong_kind: EventCount::NONE,
+        receiver_overruns: EventCount::NONE,
+        receiver_errors: EventCount::NONE,
+        flash_corrections: EventCount::NONE,
+        torn_words: EventCount::NONE,
     };
 
     /// Times that the converters were started anew after a fault.
@@ -157,7 +157,7 @@ impl Events {
     }
 }
 
-fn total<const N: usize>(tallies: [Tally; N]) -> u32 {
+fn total<const N: usize>(tallies: [EventCount; N]) -> u32 {
     tallies
         .iter()
         .fold(0, |sum, tally| sum.saturating_add(tally.count))
@@ -194,7 +194,7 @@ pub struct Status {
     /// Core cycles that the sample path took for a block.
     pub path_cycles: PathCycles,
     /// How far each analyser is.
-    pub analysers: [HarmonicState; ANALYSERS],
+    pub analysers: [AnalyserState; ANALYSERS],
     /// Whether the crystal drives the clock; without it the board is not fit to calibrate.
     pub crystal: bool,
     /// Supply factor VDDA / 3.3 V.

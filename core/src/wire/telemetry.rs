@@ -4,7 +4,7 @@
 //! | header, postcard | counts n × 15 × u16 LE, if streamed | values n × 9 × f32 LE, if streamed |
 //! ```
 //!
-//! The header says how many scans n there are. A block of up to [`MOST_SCANS`] goes as it comes where the line can carry
+//! The header says how many scans n there are. A block of up to [`MAX_SCANS`] goes as it comes where the line can carry
 //! that; where it cannot, a frame gathers several blocks ([`scans_of_frame`]), so that the size of a block is a matter of
 //! the analysis and not of the link. A block larger than a frame travels in two. What the scans of a frame have in common
 //! seldom changes (the supply is read ten times a second); when it does, a frame ends early.
@@ -21,11 +21,11 @@ use super::frame::{self, FrameError, Kind};
 use super::message::StreamContent;
 use super::{BAUD, pose};
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
+use crate::records::SetId;
 use crate::sampling::{BlockSize, Values};
-use crate::store::SetId;
 
 /// Most scans of a frame.
-pub const MOST_SCANS: usize = 16;
+pub const MAX_SCANS: usize = 16;
 /// Bytes of one scan's counts.
 const COUNT_BYTES: usize = CHANNELS * 2;
 /// Bytes of one scan's values.
@@ -39,7 +39,7 @@ const MAX_HEADER: usize = 41;
 pub struct Header {
     /// Scan counter of the first scan; the others follow without a gap.
     pub first_scan: u64,
-    /// Scans in this frame, 1 to [`MOST_SCANS`].
+    /// Scans in this frame, 1 to [`MAX_SCANS`].
     pub scans: u8,
     /// Scan rate, Hz.
     pub rate_hz: u32,
@@ -72,34 +72,34 @@ pub struct Block {
     /// What is common to the scans.
     pub header: Header,
     /// Raw counts, when streamed.
-    pub counts: Option<heapless::Vec<Scan, MOST_SCANS>>,
+    pub counts: Option<heapless::Vec<Scan, MAX_SCANS>>,
     /// Calibrated values, when streamed.
-    pub values: Option<heapless::Vec<Values, MOST_SCANS>>,
+    pub values: Option<heapless::Vec<Values, MAX_SCANS>>,
 }
 
 /// The part of the line that telemetry may use, bit/s: the rest is for answers.
-pub const LIMIT_BITS_PER_S: u32 = BAUD / 5 * 4;
+pub const MAX_BITS_PER_S: u32 = BAUD / 5 * 4;
 
 /// Readings of the supply in a second at most: so often a frame may end early.
 pub const SUPPLY_HZ: u32 = 10;
 /// Sizes of frames, scans. Each is a multiple of every smaller block.
-const FRAMES: [usize; 4] = [1, 4, 8, MOST_SCANS];
+const FRAMES: [usize; 4] = [1, 4, 8, MAX_SCANS];
 
 /// Scans that a frame of this stream gathers: those of one block where the line carries that, otherwise as few as it
-/// carries, and at most [`MOST_SCANS`].
+/// carries, and at most [`MAX_SCANS`].
 #[must_use]
 pub const fn scans_of_frame(content: StreamContent, rate_hz: u32, block: BlockSize) -> usize {
     let mut index = 0;
     while index < FRAMES.len() {
         let scans = FRAMES[index];
         if scans >= block.scans()
-            && bits_in_frames(content, rate_hz, block, scans) <= LIMIT_BITS_PER_S
+            && bits_in_frames(content, rate_hz, block, scans) <= MAX_BITS_PER_S
         {
             return scans;
         }
         index += 1;
     }
-    MOST_SCANS
+    MAX_SCANS
 }
 
 /// Line capacity that a stream needs, bit/s of 10-bit characters, all overheads included.
@@ -195,7 +195,7 @@ pub fn write(header: &Header, samples: Samples<'_>, payload: &mut [u8]) -> Optio
 pub fn decode(payload: &[u8]) -> Option<Block> {
     let (header, mut rest) = postcard::take_from_bytes::<Header>(payload).ok()?;
     let scans = usize::from(header.scans);
-    if scans == 0 || scans > MOST_SCANS {
+    if scans == 0 || scans > MAX_SCANS {
         return None;
     }
     let mut take = |wanted: bool, bytes: usize| {

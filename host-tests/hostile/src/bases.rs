@@ -3,10 +3,10 @@
 use std::cell::RefCell;
 use std::sync::LazyLock;
 
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::change::Act;
 
-use crate::custody::{Custody, KEYS, PAGES, Shared, id};
+use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
 use crate::nor_flash::Nor;
 use crate::sets::{encoded, numbered};
 
@@ -36,17 +36,19 @@ pub static CONTENTS: LazyLock<[Vec<u8>; GOOD + 3]> = LazyLock::new(|| {
 /// Flash without anything, with a key, with one set, with two sets of which the first is active, and with full archive.
 pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
     let empty = Nor::new(PAGES);
-    let keyed = after(&empty, |custody| {
-        custody.change(&KEYS[0], Act::Provision(KEYS[0].clone()))
+    let keyed = after(&empty, |key_holder| {
+        key_holder.change(&KEYS[0], Act::Provision(KEYS[0].clone()))
     });
-    let one = after(&keyed, |custody| custody.upload(&KEYS[0], &CONTENTS[0]));
-    let two = after(&one, |custody| custody.upload(&KEYS[0], &CONTENTS[1]));
-    let first = after(&two, |custody| {
-        custody.change(&KEYS[0], Act::Rollback(id(&CONTENTS[0])))
+    let one = after(&keyed, |key_holder| {
+        key_holder.upload(&KEYS[0], &CONTENTS[0])
+    });
+    let two = after(&one, |key_holder| key_holder.upload(&KEYS[0], &CONTENTS[1]));
+    let first = after(&two, |key_holder| {
+        key_holder.change(&KEYS[0], Act::Rollback(id(&CONTENTS[0])))
     });
     let full = (0..20).fold(one.clone(), |nor, number| {
-        after(&nor, |custody| {
-            custody.upload(&KEYS[0], &CONTENTS[number % GOOD])
+        after(&nor, |key_holder| {
+            key_holder.upload(&KEYS[0], &CONTENTS[number % GOOD])
         })
     });
     [empty, keyed, one, first, full]
@@ -55,12 +57,12 @@ pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
 /// The flash after a change.
 fn after<T, E: std::fmt::Debug>(
     nor: &Nor,
-    change: impl FnOnce(&mut Custody<Shared>) -> Result<T, E>,
+    change: impl FnOnce(&mut KeyHolder<Shared>) -> Result<T, E>,
 ) -> Nor {
     let nor = RefCell::new(nor.clone());
-    let (mut custody, started) = Custody::start(Shared(&nor));
+    let (mut key_holder, started) = KeyHolder::start(Shared(&nor));
     started.expect("a board starts");
-    change(&mut custody).expect("a host with the key is served");
-    drop(custody);
+    change(&mut key_holder).expect("a host with the key is served");
+    drop(key_holder);
     nor.into_inner()
 }

@@ -5,21 +5,21 @@
 //!
 //! - [`frames`]: bytes on the line, and frames damaged on it.
 //! - [`messages`]: the payload of any frame.
-//! - [`keeper`]: commands of any kind in any order, with and without the key, with the power cut.
+//! - [`storage`]: commands of any kind in any order, with and without the key, with the power cut.
 //! - [`records`]: bytes that may be a coefficient set, and flash with anything in it.
 //!
-//! They share [`input`], [`bases`] to begin with, a [`custody`] of the flash, [`nor_flash`], a flash memory whose power
+//! They share [`input`], [`bases`] to begin with, a [`key_holder`] of the flash, [`nor_flash`], a flash memory whose power
 //! can be cut at any operation, and the [`sets`] that are stored in it.
 
 pub mod bases;
-pub mod custody;
 pub mod frames;
 pub mod input;
-pub mod keeper;
+pub mod key_holder;
 pub mod messages;
 pub mod nor_flash;
 pub mod records;
 pub mod sets;
+pub mod storage;
 
 /// A target: it takes any bytes.
 pub type Target = fn(&[u8]);
@@ -28,6 +28,6 @@ pub type Target = fn(&[u8]);
 pub const TARGETS: [(&str, Target); 4] = [
     ("frames", frames::run),
     ("messages", messages::run),
-    ("keeper", keeper::run),
+    ("storage", storage::run),
     ("records", records::run),
 ];

@@ -3,8 +3,8 @@
 use hexsense_core::channel::{CHANNELS, INERTIAL};
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
 use hexsense_core::harmonics::{Analyser, HARMONICS};
+use hexsense_core::records::MAX_ENCODED;
 use hexsense_core::sampling::BlockSums;
-use hexsense_core::store::MAX_ENCODED;
 use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::message::{self, Request, Response};
 use hexsense_core::wire::telemetry::{self, Block, Samples};

@@ -9,18 +9,18 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use hexsense_core::channel::CHANNELS;
-use hexsense_core::keeper::{ARCHIVE, KEY};
 use hexsense_core::live_pose::{JackBlock, Tracker};
+use hexsense_core::records::key::{KeyPages, StoredKey};
+use hexsense_core::records::log::{End, Log, Reason};
+use hexsense_core::records::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
 use hexsense_core::sampling::Calibrator;
-use hexsense_core::store::key::{KeyPages, StoredKey};
-use hexsense_core::store::log::{End, Log, Reason};
-use hexsense_core::store::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
+use hexsense_core::storage::{ARCHIVE, KEY};
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
-use crate::custody::{Custody, KEYS, PAGES, Shared, id};
 use crate::input::Input;
+use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
 use crate::nor_flash::{Nor, PAGE};
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -138,7 +138,7 @@ fn flash(input: &mut Input) {
 /// Entries in the logs of the bases.
 const LOGGED: [u32; 4] = [0, 1, 2, 4];
 /// The log in a memory of so many pages.
-const LOG_OF_NOR: std::ops::Range<u32> = hexsense_core::keeper::LOG.start..(PAGES * PAGE) as u32;
+const LOG_OF_NOR: std::ops::Range<u32> = hexsense_core::storage::LOG.start..(PAGES * PAGE) as u32;
 
 /// Overwrites some bytes, as no flash could; whether the log is as before.
 fn raw(nor: &RefCell<Nor>, input: &mut Input) -> bool {
@@ -179,17 +179,17 @@ fn entry(input: &mut Input) -> Entry {
 
 /// Starts a board with this flash; with a sound log it must do its work.
 fn started(nor: &RefCell<Nor>, is_sound: bool) {
-    let (custody, first) = Custody::start(Shared(nor));
-    let (is_provisioned, active) = (custody.keeper.is_provisioned(), custody.active());
-    drop(custody);
-    let (mut custody, second) = Custody::start(Shared(nor));
+    let (key_holder, first) = KeyHolder::start(Shared(nor));
+    let (is_provisioned, active) = (key_holder.storage.is_provisioned(), key_holder.active());
+    drop(key_holder);
+    let (mut key_holder, second) = KeyHolder::start(Shared(nor));
     if first.is_ok() && second.is_ok() && is_sound {
-        assert_eq!(custody.active(), active, "a second start finds the same");
+        assert_eq!(key_holder.active(), active, "a second start finds the same");
     }
     assert!(!is_sound || second.is_ok(), "{second:?}");
     let key = block_on(KeyPages::new(Shared(nor), KEY).load());
     let key: Key = key.ok().flatten().map_or(KEYS[0].clone(), |kept| kept.key);
-    let uploaded = work(&mut custody, &key, is_provisioned);
+    let uploaded = work(&mut key_holder, &key, is_provisioned);
     if !is_sound {
         return;
     }
@@ -197,18 +197,18 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
         matches!(uploaded, Ok(Response::Committed(_))),
         "{uploaded:?}"
     );
-    let (custody, started) = Custody::start(Shared(nor));
+    let (key_holder, started) = KeyHolder::start(Shared(nor));
     assert_eq!(started, Ok(()));
-    assert_eq!(custody.active(), Some(id(&CONTENTS[2])));
+    assert_eq!(key_holder.active(), Some(id(&CONTENTS[2])));
 }
 
 fn work(
-    custody: &mut Custody<Shared>,
+    key_holder: &mut KeyHolder<Shared>,
     key: &Key,
     is_provisioned: bool,
 ) -> Result<Response, Refusal> {
     if !is_provisioned {
-        custody.change(key, Act::Provision(key.clone()))?;
+        key_holder.change(key, Act::Provision(key.clone()))?;
     }
-    custody.upload(key, &CONTENTS[2])
+    key_holder.upload(key, &CONTENTS[2])
 }

@@ -1,7 +1,7 @@
 //! Coefficient sets to store.
 
-use hexsense_core::store::log::Reason;
-use hexsense_core::store::{
+use hexsense_core::records::log::Reason;
+use hexsense_core::records::{
     CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 

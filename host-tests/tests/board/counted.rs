@@ -1,6 +1,6 @@
 //! Everything that is lost is counted, with its time, and told in the status.
 
-use hexsense_core::wire::status::{Events, Tally};
+use hexsense_core::wire::status::{EventCount, Events};
 use hexsense_core::wire::{Kind, MAX_FRAME, frame};
 
 use crate::bench::Board;
@@ -35,7 +35,7 @@ fn events_after(name: &str, faults: &[&str]) -> Events {
     status.events
 }
 
-fn told(tally: Tally, name: &str) {
+fn told(tally: EventCount, name: &str) {
     assert!(tally.count > 0, "{name} was not counted");
     let (from, to) = (FAULT_S - CLOCK_S, FAULT_S + NOTED_S);
     let last_s = tally.last_ms as f64 * 1e-3;
@@ -45,7 +45,7 @@ fn told(tally: Tally, name: &str) {
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn each_fault_is_counted_as_what_it_is_and_as_nothing_else() {
-    type Pick = fn(&mut Events) -> &mut Tally;
+    type Pick = fn(&mut Events) -> &mut EventCount;
     let faults: [(&str, &str, Pick); 5] = [
         (
             "overrun",

@@ -1,7 +1,7 @@
 //! A coefficient set for the board on the bench, and its upload.
 
 use hexsense_core::authority::tag;
-use hexsense_core::store::{
+use hexsense_core::records::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 use hexsense_core::wire::change::{Act, Change, Key};

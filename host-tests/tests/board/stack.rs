@@ -9,7 +9,7 @@ use crate::bench::Board;
 use crate::set::upload;
 
 /// Largest share of the stack that may be in use, the worst nesting of interrupts not among it by luck.
-const LIMIT: f64 = 0.75;
+const MAX_SHARE: f64 = 0.75;
 
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
@@ -32,7 +32,7 @@ fn a_quarter_of_the_stack_is_never_used() {
     // Tasks alone need more than nothing: the paint is there and is looked for where the stack is.
     assert!(stack.deepest > 1_000, "{stack:?}");
     let share = f64::from(stack.deepest) / f64::from(stack.size);
-    assert!(share <= LIMIT, "{stack:?}");
+    assert!(share <= MAX_SHARE, "{stack:?}");
 }
 
 /// Has the board solve the harmonics of every channel, and the base's motion from its poses, while it streams.
@@ -47,12 +47,12 @@ fn solve(board: &mut Board, block: BlockSize) {
     board.order(&Request::Drive { analyser: 0, drive });
     board.run_s(1.1);
     for channel in 0..CHANNELS as u8 {
-        let request = Request::Fit {
+        let request = Request::Harmonics {
             analyser: 0,
             channel,
         };
         let fit = board.ask(&request);
-        assert!(matches!(fit, Response::Fit { .. }), "{fit:?}");
+        assert!(matches!(fit, Response::Harmonics { .. }), "{fit:?}");
     }
     for _ in 0..10 {
         let motion = board.ask(&Request::Motion { analyser: 0 });

@@ -116,8 +116,8 @@ fn everything_at_four_kilohertz_loses_nothing() {
         board.run_s(0.1);
         for channel in 0..CHANNELS as u8 {
             let analyser = channel % 3;
-            let report = board.ask(&Request::Harmonics { analyser, channel });
-            assert!(matches!(report, Response::Harmonics { .. }));
+            let report = board.ask(&Request::Sums { analyser, channel });
+            assert!(matches!(report, Response::Sums { .. }));
         }
         board.status();
         for arrived in board.blocks.drain(..) {

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use hexsense_core::channel::{CHANNELS, Scan};
 use hexsense_core::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
 use hexsense_core::sampling::{BlockSize, BlockSums, RATES_HZ};
-use hexsense_core::wire::message::{Fit, encode_response};
+use hexsense_core::wire::message::{ChannelHarmonics, encode_response};
 use hexsense_core::wire::status::Events;
-use hexsense_core::wire::{Drive, HarmonicState, MAX_FRAME, Refusal, Request, Response};
+use hexsense_core::wire::{AnalyserState, Drive, MAX_FRAME, Refusal, Request, Response};
 
 use crate::bench::Board;
 use crate::stream::assert_whole;
@@ -33,8 +33,8 @@ fn assert_replay(board: &mut Board, analyser: u8, drive: Drive) {
         ..drive
     });
     for channel in 0..CHANNELS as u8 {
-        let report = board.ask(&Request::Harmonics { analyser, channel });
-        let Response::Harmonics {
+        let report = board.ask(&Request::Sums { analyser, channel });
+        let Response::Sums {
             state,
             drive: reported,
             first_scan,
@@ -43,7 +43,7 @@ fn assert_replay(board: &mut Board, analyser: u8, drive: Drive) {
         else {
             panic!("{report:?}");
         };
-        assert_eq!((state, reported), (HarmonicState::Complete, drive));
+        assert_eq!((state, reported), (AnalyserState::Complete, drive));
         if channel == 0 {
             let length = drive.block.scans();
             let window = u64::from(drive.blocks) * length as u64;
@@ -89,7 +89,7 @@ fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() {
         }
         board.run_s(0.7);
         let summing = board.status().analysers;
-        assert_eq!(summing, [HarmonicState::Summing; ANALYSERS]);
+        assert_eq!(summing, [AnalyserState::Summing; ANALYSERS]);
         let anew = drive(3.3, rate_hz, block, 0.1, 0.8);
         board.order(&set(1, anew));
         board.run_s(1.5);
@@ -131,7 +131,7 @@ fn what_cannot_be_estimated_is_refused_by_name() {
         Response::Refused(refusal) => refusal,
         other => panic!("{other:?}"),
     };
-    let fit = |analyser, channel| Request::Fit { analyser, channel };
+    let fit = |analyser, channel| Request::Harmonics { analyser, channel };
     assert_eq!(
         asked(&mut board, fit(2, 0)),
         Refusal::Incomplete { analyser: 2 }
@@ -183,19 +183,19 @@ fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() {
 /// What the board solves from its sums, against what the host does: the same bits.
 fn assert_fits(board: &mut Board, analyser: u8, rate_hz: u32) {
     for channel in 0..CHANNELS as u8 {
-        let report = board.ask(&Request::Harmonics { analyser, channel });
-        let Response::Harmonics { drive, sums, .. } = report else {
+        let report = board.ask(&Request::Sums { analyser, channel });
+        let Response::Sums { drive, sums, .. } = report else {
             panic!("{report:?}");
         };
-        let answer = board.ask(&Request::Fit { analyser, channel });
-        let Response::Fit { first_scan, .. } = answer else {
+        let answer = board.ask(&Request::Harmonics { analyser, channel });
+        let Response::Harmonics { first_scan, .. } = answer else {
             panic!("{answer:?}");
         };
         let solved = solve_channel(&drive, rate_hz, channel.into(), &sums).unwrap();
-        let host = Response::Fit {
+        let host = Response::Harmonics {
             drive,
             first_scan,
-            fit: Fit::from(&solved),
+            harmonics: ChannelHarmonics::from(&solved),
         };
         let bytes = |response: &Response| {
             let mut out = [0; MAX_FRAME];
@@ -222,7 +222,7 @@ fn a_long_window_is_solved_while_the_board_goes_on() {
     board.run_s(25.5);
     board.blocks.clear();
     let mut busy = 0;
-    let request = Request::Fit {
+    let request = Request::Harmonics {
         analyser: 1,
         channel: 0,
     };

@@ -66,7 +66,7 @@ fn off(found: &Harmonics, cosine: f64, sine: f64, amplitude: f64) -> f64 {
 #[test]
 fn riding_on_gravity_the_first_harmonic_is_that_of_double_precision_from_a_hundredth_to_fifty_hertz()
  {
-    const LONGEST_REFERENCE: usize = 60_000;
+    const MAX_REFERENCE: usize = 60_000;
     let mut worst: f64 = 0.0;
     let mut cases = 0;
     for rate_hz in RATES_HZ {
@@ -75,7 +75,7 @@ fn riding_on_gravity_the_first_harmonic_is_that_of_double_precision_from_a_hundr
                 let drive = drive(frequency_hz, rate_hz, periods);
                 let length = drive.blocks as usize * drive.block.scans();
                 let cycles = frequency_hz / f64::from(rate_hz);
-                if drive.blocks < 13 || length > LONGEST_REFERENCE {
+                if drive.blocks < 13 || length > MAX_REFERENCE {
                     continue;
                 }
                 let counts: Vec<u16> = (0..length)

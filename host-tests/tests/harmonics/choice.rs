@@ -6,7 +6,7 @@ use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::harmonics::choice::mistaken;
 use hexsense_core::harmonics::{Analyser, Drive, increment, largest_block, solve};
 use hexsense_core::sampling::{BlockSize, BlockSums};
-use hexsense_core::wire::HarmonicState;
+use hexsense_core::wire::AnalyserState;
 
 use crate::accuracy::sums;
 
@@ -93,11 +93,11 @@ fn a_gap_between_blocks_begins_everything_anew() {
     let mut analyser = Analyser::new();
     analyser.start(drive);
     (0..6).for_each(|index| analyser.take(&block(1_000 + 8 * index)));
-    assert_eq!(analyser.state(), HarmonicState::Summing);
+    assert_eq!(analyser.state(), AnalyserState::Summing);
     analyser.take(&block(1_056));
-    assert_eq!(analyser.state(), HarmonicState::Settling);
+    assert_eq!(analyser.state(), AnalyserState::Settling);
     (1..8).for_each(|index| analyser.take(&block(1_056 + 8 * index)));
-    assert_eq!(analyser.state(), HarmonicState::Complete);
+    assert_eq!(analyser.state(), AnalyserState::Complete);
     let (_, first_scan, sums) = analyser.report(INERTIAL).unwrap();
     assert_eq!((first_scan, sums.offset), (1_056 + 3 * 8, 5 * 1_600));
 }

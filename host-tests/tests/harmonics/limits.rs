@@ -4,7 +4,7 @@ use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
 use hexsense_core::harmonics::{Analyser, Drive, DriveError, solve};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums};
-use hexsense_core::wire::HarmonicState;
+use hexsense_core::wire::AnalyserState;
 
 use crate::board::drive;
 
@@ -70,7 +70,7 @@ fn the_longest_sum_of_full_scale_does_not_overflow() {
         analyser.take(&BlockSums::of_scans(&[scan; BLOCK], first_scan));
         phase = phase.wrapping_add(drive.increment.wrapping_mul(BLOCK as u64));
     }
-    assert_eq!(analyser.state(), HarmonicState::Complete);
+    assert_eq!(analyser.state(), AnalyserState::Complete);
     let (_, _, sums) = analyser.report(0).unwrap();
     let (blocks, sum) = (i128::from(MAX_BLOCKS), i128::from(u16::MAX) * BLOCK as i128);
     assert_eq!(i128::from(sums.offset), blocks * sum);
@@ -90,7 +90,7 @@ fn an_analyser_says_how_far_it_is() {
     analyser.take(&BlockSums::of_scans(&block, 0));
     assert_eq!(
         (analyser.state(), analyser.report(0)),
-        (HarmonicState::Idle, None)
+        (AnalyserState::Idle, None)
     );
 
     let drive = Drive {
@@ -105,7 +105,7 @@ fn an_analyser_says_how_far_it_is() {
             state
         })
         .collect();
-    use HarmonicState::{Complete, Settling, Summing};
+    use AnalyserState::{Complete, Settling, Summing};
     assert_eq!(
         states,
         [Settling, Settling, Summing, Summing, Summing, Complete]

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use hostile::custody::{Custody, Shared};
+use hostile::key_holder::{KeyHolder, Shared};
 use hostile::{TARGETS, Target, bases};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -57,7 +57,7 @@ fn no_payload_makes_a_decoder_panic_and_what_decodes_stays_the_same() {
 
 #[test]
 fn no_commands_by_others_change_anything_and_the_next_good_upload_works() {
-    attack("keeper", 1_000, 60);
+    attack("storage", 1_000, 60);
 }
 
 #[test]
@@ -70,9 +70,9 @@ fn no_bytes_in_flash_keep_the_board_from_starting() {
 fn attacks_begin_on_boards_with_the_history_they_say() {
     let logged = bases::BASES.each_ref().map(|nor| {
         let nor = std::cell::RefCell::new(nor.clone());
-        let (mut custody, started) = Custody::start(Shared(&nor));
+        let (mut key_holder, started) = KeyHolder::start(Shared(&nor));
         assert_eq!(started, Ok(()));
-        (custody.keeper.is_provisioned(), custody.log().len())
+        (key_holder.storage.is_provisioned(), key_holder.log().len())
     });
     assert_eq!(
         logged,

@@ -5,13 +5,13 @@ use std::cell::RefCell;
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
 use hexsense_core::harmonics::drive::increment;
 use hexsense_core::harmonics::{Drive, DriveError};
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::sampling::{BlockSize, RATES_HZ};
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change::Act;
 use hexsense_core::wire::message::{CHUNK, Request, decode_request, encode_request};
 use hexsense_core::wire::{MAX_FRAME, Refusal, Response, frame};
 use hostile::bases::{BASES, CONTENTS};
-use hostile::custody::{Custody, KEYS, Shared, upload_of};
+use hostile::key_holder::{KEYS, KeyHolder, Shared, upload_of};
 use hostile::sets::{encoded, numbered};
 use proptest::prelude::*;
 
@@ -62,17 +62,17 @@ fn numbers(set: &mut CoefficientSet) -> Vec<&mut f32> {
 /// the next good one.
 fn refused(act: Act, bytes: &[u8], is_expected: impl Fn(Refusal) -> bool) {
     let nor = RefCell::new(BASES[2].clone());
-    let (mut custody, _) = Custody::start(Shared(&nor));
-    let (active, operations) = (custody.active(), nor.borrow().operations);
-    let answer = custody
+    let (mut key_holder, _) = KeyHolder::start(Shared(&nor));
+    let (active, operations) = (key_holder.active(), nor.borrow().operations);
+    let answer = key_holder
         .change(&KEYS[0], act)
-        .and_then(|_| custody.send(bytes));
+        .and_then(|_| key_holder.send(bytes));
     assert!(answer.clone().is_err_and(&is_expected), "{answer:?}");
     assert_eq!(
-        (custody.active(), nor.borrow().operations),
+        (key_holder.active(), nor.borrow().operations),
         (active, operations)
     );
-    let good = custody.upload(&KEYS[0], &CONTENTS[1]);
+    let good = key_holder.upload(&KEYS[0], &CONTENTS[1]);
     assert!(matches!(good, Ok(Response::Committed(_))), "{good:?}");
 }
 

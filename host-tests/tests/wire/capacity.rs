@@ -1,10 +1,10 @@
 //! The largest messages fit their frames, and the stream's needs are not understated.
 
 use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::records::SetId;
 use hexsense_core::sampling::{BlockSize, RATES_HZ};
-use hexsense_core::store::SetId;
 use hexsense_core::wire::frame::{self, Closed, Deframer, FrameError};
-use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::wire::telemetry::{self, Header, MAX_SCANS, Samples};
 use hexsense_core::wire::{
     BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose,
 };
@@ -22,9 +22,9 @@ fn largest_block(content: StreamContent, scans: usize) -> usize {
         content,
     };
     let samples = Samples {
-        inertial: &[[0xFFFF; INERTIAL]; MOST_SCANS],
-        jacks: &[[0xFFFF; JACKS]; MOST_SCANS],
-        values: &[[-1.999_999_9; INERTIAL]; MOST_SCANS],
+        inertial: &[[0xFFFF; INERTIAL]; MAX_SCANS],
+        jacks: &[[0xFFFF; JACKS]; MAX_SCANS],
+        values: &[[-1.999_999_9; INERTIAL]; MAX_SCANS],
     };
     telemetry::encode(&header, samples, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
 }
@@ -62,7 +62,7 @@ fn the_longest_pose_has_the_stated_length() {
 
 #[test]
 fn the_largest_block_fits_a_frame() {
-    assert!(largest_block(contents()[7], MOST_SCANS) <= MAX_FRAME);
+    assert!(largest_block(contents()[7], MAX_SCANS) <= MAX_FRAME);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
 #[test]
 fn a_stream_that_goes_in_one_block_goes_in_every_block() {
     let fits = |content, rate_hz, block| {
-        telemetry::bits_per_second(content, rate_hz, block) <= telemetry::LIMIT_BITS_PER_S
+        telemetry::bits_per_second(content, rate_hz, block) <= telemetry::MAX_BITS_PER_S
     };
     for content in contents() {
         for rate_hz in RATES_HZ {

@@ -1,6 +1,6 @@
 //! No bytes make a decoder panic.
 
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::{MAX_FRAME, frame, message, pose, telemetry};
 use proptest::collection::vec;

@@ -3,16 +3,16 @@
 use hexsense_core::channel::Triad;
 use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
+use hexsense_core::records::Entry;
+use hexsense_core::records::log::Reason;
+use hexsense_core::records::{BaseError, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::Entry;
-use hexsense_core::store::log::Reason;
-use hexsense_core::store::{BaseError, RecordError, SetId};
 use hexsense_core::wire::change::{Act, Change, Key};
-use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk, Fit, Kept};
-use hexsense_core::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
-use hexsense_core::wire::telemetry::{Block, Header, MOST_SCANS};
+use hexsense_core::wire::message::{ActiveSet, CHUNK, ChannelHarmonics, Chunk, Kept};
+use hexsense_core::wire::status::{EventCount, Events, PathCycles, ResetCause, Resets, StackUse};
+use hexsense_core::wire::telemetry::{Block, Header, MAX_SCANS};
 use hexsense_core::wire::{
-    BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
+    AnalyserState, BoardPose, Drive, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
     Status, StreamContent,
 };
 use proptest::collection::vec;
@@ -28,7 +28,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         block_size().prop_map(Request::Block),
         (any::<u8>(), drive()).prop_map(|(analyser, drive)| Request::Drive { analyser, drive }),
         (any::<u8>(), any::<u8>())
-            .prop_map(|(analyser, channel)| Request::Harmonics { analyser, channel }),
+            .prop_map(|(analyser, channel)| Request::Sums { analyser, channel }),
         Just(Request::ActiveSet),
         any::<u16>().prop_map(|offset| Request::ReadSet { offset }),
         any::<u8>().prop_map(|age| Request::History { age }),
@@ -39,7 +39,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         Just(Request::UploadCommit),
         Just(Request::UploadAbort),
         (any::<u8>(), any::<u8>())
-            .prop_map(|(analyser, channel)| Request::Fit { analyser, channel }),
+            .prop_map(|(analyser, channel)| Request::Harmonics { analyser, channel }),
         any::<u8>().prop_map(|analyser| Request::Motion { analyser }),
     ]
 }
@@ -47,7 +47,7 @@ pub fn request() -> impl Strategy<Value = Request> {
 pub fn response() -> impl Strategy<Value = Response> {
     let harmonics =
         (state(), drive(), any::<u64>(), sums()).prop_map(|(state, drive, first_scan, sums)| {
-            Response::Harmonics {
+            Response::Sums {
                 state,
                 drive,
                 first_scan,
@@ -70,10 +70,10 @@ pub fn response() -> impl Strategy<Value = Response> {
         }),
         any::<[u8; 16]>().prop_map(Response::Challenge),
         any::<u8>().prop_map(|sets| Response::Erased { sets }),
-        (drive(), any::<u64>(), fit()).prop_map(|(drive, first_scan, fit)| Response::Fit {
+        (drive(), any::<u64>(), fit()).prop_map(|(drive, first_scan, fit)| Response::Harmonics {
             drive,
             first_scan,
-            fit,
+            harmonics: fit,
         }),
         (drive(), any::<u64>(), motion()).prop_map(|(drive, first_scan, motion)| {
             Response::Motion {
@@ -85,20 +85,22 @@ pub fn response() -> impl Strategy<Value = Response> {
     ]
 }
 
-fn fit() -> impl Strategy<Value = Fit> {
-    any::<[f64; 6]>().prop_map(|[offset, drift, a, phase, residual_rms, distortion]| Fit {
-        offset,
-        drift,
-        amplitude: [a; 5],
-        phase: [phase; 5],
-        residual_rms,
-        distortion,
-        uncertainty: Uncertainty {
+fn fit() -> impl Strategy<Value = ChannelHarmonics> {
+    any::<[f64; 6]>().prop_map(|[offset, drift, a, phase, residual_rms, distortion]| {
+        ChannelHarmonics {
             offset,
             drift,
-            amplitude: [phase; 5],
-            phase: [a; 5],
-        },
+            amplitude: [a; 5],
+            phase: [phase; 5],
+            residual_rms,
+            distortion,
+            uncertainty: Uncertainty {
+                offset,
+                drift,
+                amplitude: [phase; 5],
+                phase: [a; 5],
+            },
+        }
     })
 }
 
@@ -209,7 +211,7 @@ pub fn block() -> impl Strategy<Value = Block> {
 pub fn header() -> impl Strategy<Value = Header> {
     (
         any::<u64>(),
-        1..=MOST_SCANS as u8,
+        1..=MAX_SCANS as u8,
         any::<u32>(),
         any::<f32>(),
         any::<f32>(),
@@ -364,7 +366,7 @@ fn status() -> impl Strategy<Value = Status> {
 fn events() -> impl Strategy<Value = Events> {
     [(any::<u32>(), any::<u64>()); 13].prop_map(|tallies| {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m] =
-            tallies.map(|(count, last_ms)| Tally { count, last_ms });
+            tallies.map(|(count, last_ms)| EventCount { count, last_ms });
         Events {
             overruns: a,
             late_blocks: b,
@@ -444,12 +446,12 @@ fn drive() -> impl Strategy<Value = Drive> {
     )
 }
 
-fn state() -> impl Strategy<Value = HarmonicState> {
+fn state() -> impl Strategy<Value = AnalyserState> {
     prop_oneof![
-        Just(HarmonicState::Idle),
-        Just(HarmonicState::Settling),
-        Just(HarmonicState::Summing),
-        Just(HarmonicState::Complete),
+        Just(AnalyserState::Idle),
+        Just(AnalyserState::Settling),
+        Just(AnalyserState::Summing),
+        Just(AnalyserState::Complete),
     ]
 }
 

@@ -3,16 +3,16 @@
 use hexsense_core::channel::Triad;
 use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
+use hexsense_core::records::Entry;
+use hexsense_core::records::log::Reason;
+use hexsense_core::records::{BaseError, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::Entry;
-use hexsense_core::store::log::Reason;
-use hexsense_core::store::{BaseError, RecordError, SetId};
 use hexsense_core::wire::change::{Act, Change, Key};
-use hexsense_core::wire::message::{ActiveSet, Chunk, Fit, Kept};
-use hexsense_core::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse, Tally};
+use hexsense_core::wire::message::{ActiveSet, ChannelHarmonics, Chunk, Kept};
+use hexsense_core::wire::status::{EventCount, Events, PathCycles, ResetCause, Resets, StackUse};
 use hexsense_core::wire::telemetry::Header;
 use hexsense_core::wire::{
-    BoardPose, Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
+    AnalyserState, BoardPose, Drive, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
     Status, StreamContent,
 };
 
@@ -86,7 +86,7 @@ pub fn requests() -> Vec<(&'static str, Request)> {
         Rate { .. } => Request::Rate(4_000),
         Block { .. } => Request::Block(BlockSize::ThirtyTwo),
         Drive { .. } => Request::Drive { analyser: 2, drive: DRIVE },
-        Harmonics { .. } => Request::Harmonics { analyser: 1, channel: 14 },
+        Sums { .. } => Request::Sums { analyser: 1, channel: 14 },
         ActiveSet {} => Request::ActiveSet,
         ReadSet { .. } => Request::ReadSet { offset: 0x5152 },
         History { .. } => Request::History { age: 7 },
@@ -96,7 +96,7 @@ pub fn requests() -> Vec<(&'static str, Request)> {
         UploadChunk { .. } => Request::UploadChunk { offset: 0x7172, bytes: chunk() },
         UploadCommit {} => Request::UploadCommit,
         UploadAbort {} => Request::UploadAbort,
-        Fit { .. } => Request::Fit { analyser: 2, channel: 13 },
+        Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
     })
 }
@@ -107,7 +107,7 @@ pub fn responses() -> Vec<(&'static str, Response)> {
         Refused { .. } => Response::Refused(Refusal::Malformed),
         Identity { .. } => identity(ResetCause::PowerOn),
         Status { .. } => Response::Status(status()),
-        Harmonics { .. } => harmonics(HarmonicState::Idle),
+        Sums { .. } => harmonics(AnalyserState::Idle),
         ActiveSet { .. } => Response::ActiveSet(Some(ACTIVE)),
         SetBytes { .. } => Response::SetBytes { offset: 0x5152, bytes: chunk() },
         Committed { .. } => Response::Committed(ACTIVE),
@@ -115,7 +115,7 @@ pub fn responses() -> Vec<(&'static str, Response)> {
         Log { .. } => Response::Log { last: 0x0102_0304, entries: [ENTRY].into_iter().collect() },
         Challenge { .. } => Response::Challenge(*b"0123456789abcdef"),
         Erased { .. } => Response::Erased { sets: 8 },
-        Fit { .. } => Response::Fit { drive: DRIVE, first_scan: 0x0102_0304, fit: fit() },
+        Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
     })
 }
@@ -308,11 +308,11 @@ pub fn reset_causes() -> Vec<(&'static str, Response)> {
 }
 
 pub fn harmonic_states() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(HarmonicState {
-        Idle {} => HarmonicState::Idle,
-        Settling {} => HarmonicState::Settling,
-        Summing {} => HarmonicState::Summing,
-        Complete {} => HarmonicState::Complete,
+    let named = one_of_each!(AnalyserState {
+        Idle {} => AnalyserState::Idle,
+        Settling {} => AnalyserState::Settling,
+        Summing {} => AnalyserState::Summing,
+        Complete {} => AnalyserState::Complete,
     });
     named
         .into_iter()
@@ -341,8 +341,8 @@ fn identity(reset: ResetCause) -> Response {
     })
 }
 
-fn harmonics(state: HarmonicState) -> Response {
-    Response::Harmonics {
+fn harmonics(state: AnalyserState) -> Response {
+    Response::Sums {
         state,
         drive: DRIVE,
         first_scan: 0x0102_0304_0506_0708,
@@ -361,8 +361,8 @@ const MOTION: Motion = Motion {
     factors: [1.0, -1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0],
 };
 
-fn fit() -> Fit {
-    Fit {
+fn fit() -> ChannelHarmonics {
+    ChannelHarmonics {
         offset: 0.5,
         drift: -0.25,
         amplitude: [1.0, 2.0, 3.0, 4.0, 5.0],
@@ -394,9 +394,9 @@ fn status() -> Status {
             last: 0x0192_9394,
         },
         analysers: [
-            HarmonicState::Settling,
-            HarmonicState::Summing,
-            HarmonicState::Complete,
+            AnalyserState::Settling,
+            AnalyserState::Summing,
+            AnalyserState::Complete,
         ],
         crystal: true,
         supply: 0.984_375,
@@ -424,7 +424,7 @@ fn status() -> Status {
 }
 
 fn events() -> Events {
-    let tally = |number: u8| Tally {
+    let tally = |number: u8| EventCount {
         count: number.into(),
         last_ms: 0x8000 | u64::from(number),
     };

@@ -8,7 +8,7 @@ use hexsense_core::calibration::budget::{Cause, Shape, uniform};
 use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::JACKS;
 use hexsense_core::kinematics::{Geometry, GeometryError};
-use hexsense_core::store::JackCoefficients;
+use hexsense_core::records::JackCoefficients;
 use nalgebra::Vector3;
 
 use crate::geometry_file::GeometryFile;

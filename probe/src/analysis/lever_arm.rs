@@ -5,7 +5,7 @@
 //! the calibrated accelerometers show.
 //!
 //! The two disagree when they differ by more than four standard uncertainties of the noise and by more than
-//! [`LIMIT_M`] of arm would make: the tape measure that wrote the sensor file is no better, and less does no harm.
+//! [`MAX_OFFSET_M`] of arm would make: the tape measure that wrote the sensor file is no better, and less does no harm.
 
 use hexsense_core::channel::{NAMES, Triad};
 use nalgebra::Complex;
@@ -16,7 +16,7 @@ use super::belief::Belief;
 use super::estimate::{Condensed, Estimate, felt};
 
 /// Error of the arm that is let pass, m.
-pub const LIMIT_M: f64 = 0.05;
+pub const MAX_OFFSET_M: f64 = 0.05;
 /// Standard uncertainties that are let pass.
 const SIGMAS: f64 = 4.0;
 
@@ -74,7 +74,7 @@ pub fn second_harmonics(
                 measured: measured[axis].norm(),
                 difference: Complex::norm(measured[axis] - predicted[axis]),
                 uncertainty,
-                limit: (SIGMAS * uncertainty).max(LIMIT_M * per_metre),
+                limit: (SIGMAS * uncertainty).max(MAX_OFFSET_M * per_metre),
             });
         }
     }

@@ -143,5 +143,5 @@ pub enum AnalysisError {
     },
     /// The result is not fit to be a coefficient set.
     #[error("the result is not a usable coefficient set: {0}")]
-    Record(#[from] hexsense_core::store::RecordError),
+    Record(#[from] hexsense_core::records::RecordError),
 }

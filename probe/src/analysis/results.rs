@@ -2,7 +2,7 @@
 
 use hexsense_core::calibration::budget::{Budget, Cause, Shape};
 use hexsense_core::channel::{INERTIAL, NAMES, Triad};
-use hexsense_core::store::TriadCoefficients;
+use hexsense_core::records::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
 use super::belief::Belief;

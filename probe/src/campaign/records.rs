@@ -125,7 +125,7 @@ impl Campaign {
                 "poses": poses.poses,
                 "largest_m": poses.largest_m,
                 "largest_rad": poses.largest_rad,
-                "limit": board_pose::LIMIT,
+                "limit": board_pose::MAX_DIFFERENCE,
             },
         });
         write_json(&self.folder.join("verification.json"), &verification)

@@ -9,8 +9,8 @@ use hexsense_core::wire::change;
 
 use crate::interrupt::Interrupt;
 use crate::key_file::{self, KeyFileError};
-use crate::link::{Client, LinkError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
+use hexsense_client::{Client, LinkError};
 
 /// Where the board is.
 #[derive(Args)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::store::{CoefficientSet, MotionBase};
+use hexsense_core::records::{CoefficientSet, MotionBase};
 
 use super::arguments::{Controller, Date, Port, Waiting};
 use super::broken_off::typed;
@@ -99,7 +99,9 @@ impl Calibrate {
                 .try_into()
                 .unwrap_or_default(),
             geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun.date_unix_s.unwrap_or_else(date::now),
+            unix_s: begun
+                .date_unix_s
+                .unwrap_or_else(hexsense_client::change::unix_now),
             temperature_c: mean_temperature_c(&recorded),
             provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
             triads: analysis.triads,

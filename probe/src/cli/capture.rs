@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use hexsense_core::records::SetId;
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::SetId;
 use hexsense_core::wire::StreamContent;
 use hexsense_core::wire::telemetry::Block;
 use serde_json::json;
@@ -16,10 +16,10 @@ use super::session;
 use crate::campaign::BoardRecord;
 use crate::files;
 use crate::interrupt::Interrupt;
-use crate::link::Client;
-use crate::link::reconnect::{Back, Patience, reconnect};
+use crate::reconnect::{Back, Patience, reconnect};
 use crate::record::RecordError;
 use crate::record::tape::{Tape, Taped};
+use hexsense_client::Client;
 
 /// How long the next block may take.
 const BLOCK_WAIT: Duration = Duration::from_secs(2);

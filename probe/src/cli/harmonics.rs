@@ -4,13 +4,13 @@ use clap::Args;
 use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES};
 use hexsense_core::harmonics::HARMONICS;
 use hexsense_core::live_motion::Motion;
-use hexsense_core::wire::message::Fit;
+use hexsense_core::wire::message::ChannelHarmonics;
 use hexsense_core::wire::{Drive, PoseRefusal, Refusal};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
-use crate::link::{Client, LinkError};
 use crate::report::number::{rounded, significant};
+use hexsense_client::{Client, LinkError};
 
 /// Coordinates of a motion with their units.
 const COORDINATES: [(&str, &str); 6] = [
@@ -65,7 +65,7 @@ struct Found {
     rate_hz: u32,
     drive: Drive,
     first_scan: u64,
-    fits: Vec<Fit>,
+    fits: Vec<ChannelHarmonics>,
     /// `None` without coefficients.
     motion: Option<Result<Motion, PoseRefusal>>,
 }
@@ -73,10 +73,10 @@ struct Found {
 impl Found {
     fn ask(client: &mut Client, analyser: u8) -> Result<Self, LinkError> {
         let rate_hz = client.status()?.rate_hz;
-        let first = client.fit(analyser, 0)?;
-        let mut fits = vec![first.fit];
+        let first = client.harmonics(analyser, 0)?;
+        let mut fits = vec![first.harmonics];
         for channel in 1..CHANNELS as u8 {
-            fits.push(client.fit(analyser, channel)?.fit);
+            fits.push(client.harmonics(analyser, channel)?.harmonics);
         }
         let motion = match client.motion(analyser) {
             Ok(motion) => Some(motion),

@@ -1,7 +1,7 @@
 //! `hexsense history`: the coefficient sets that the board keeps.
 
 use clap::Args;
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use serde_json::{Value, json};
 

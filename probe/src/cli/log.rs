@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use clap::Args;
-use hexsense_core::store::SetId;
-use hexsense_core::store::log::{Entry, Reason};
+use hexsense_core::records::SetId;
+use hexsense_core::records::log::{Entry, Reason};
 use serde_json::{Value, json};
 
 use super::arguments::Port;

@@ -1,10 +1,10 @@
 //! The part of `hexsense status` that tells what went wrong: events since the start, and starts since the power came on.
 
-use hexsense_core::wire::status::{Events, ResetCause, Resets, Tally};
+use hexsense_core::wire::status::{EventCount, Events, ResetCause, Resets};
 use serde_json::{Map, Value, json};
 
 /// Every event with its name in JSON and what it means to a reader.
-fn named(events: &Events) -> [(&'static str, &'static str, Tally); 13] {
+fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 13] {
     [
         ("overruns", "converter overruns", events.overruns),
         ("late_blocks", "blocks read too late", events.late_blocks),
@@ -64,7 +64,7 @@ pub fn texts(events: &Events) -> Vec<String> {
         .into_iter()
         .filter(|(.., tally)| tally.count > 0);
     happened
-        .map(|(_, name, Tally { count, last_ms })| {
+        .map(|(_, name, EventCount { count, last_ms })| {
             format!(
                 "{count} {name}, last {:.3} s after the start",
                 last_ms as f64 / 1e3
@@ -75,7 +75,7 @@ pub fn texts(events: &Events) -> Vec<String> {
 
 /// Every event with its count and the uptime at the last, `null` when there was none.
 pub fn to_json(events: &Events) -> Value {
-    let entry = |(key, _, tally): (&str, &str, Tally)| {
+    let entry = |(key, _, tally): (&str, &str, EventCount)| {
         let last_s = (tally.count > 0).then_some(tally.last_ms as f64 / 1e3);
         (
             key.to_owned(),

@@ -9,7 +9,7 @@ use super::arguments::Base;
 use crate::campaign::{Campaign, CampaignError};
 use crate::files;
 use crate::geometry_file::GeometryFile;
-use crate::plan::conditioning::CONDITION_LIMIT;
+use crate::plan::conditioning::MAX_CONDITION;
 use crate::plan::forecast::{Forecast, TILT_ERROR_DEG, forecast};
 use crate::plan::limits::{self, Checked};
 use crate::plan::margins::margins;
@@ -243,7 +243,7 @@ fn worst_held(plan: &Movements, checked: &[Checked]) -> String {
     worst.map_or(String::new(), |(run, checked)| {
         let Checked { conditioning, .. } = checked;
         format!(
-            "largest cond(J): run {}, {:.2} at {:.2} s, below {:.2} between samples (limit {CONDITION_LIMIT}); lengths \
+            "largest cond(J): run {}, {:.2} at {:.2} s, below {:.2} between samples (limit {MAX_CONDITION}); lengths \
              over the mean\nradius of the upper hinges, so that it has no unit\n",
             run.name, conditioning.condition, conditioning.time_s, conditioning.bound,
         )

@@ -1,6 +1,6 @@
 //! The report of a campaign, written by `calibrate` and again by `verify`.
 
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 
 use crate::analysis::{self, results::Analysis};
 use crate::campaign::Campaign;

@@ -2,7 +2,7 @@
 
 use anyhow::{bail, ensure};
 use clap::Args;
-use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::message::Kept;
 
 use super::arguments::{Key, Port};

@@ -8,12 +8,12 @@ use crate::campaign::{Campaign, RunRecord};
 use crate::capture::Capture;
 use crate::files;
 use crate::interrupt::Interrupt;
-use crate::link::Client;
-use crate::link::reconnect::{Patience, reconnect};
 use crate::motion::Motion;
 use crate::plan::Run;
+use crate::reconnect::{Patience, reconnect};
 use crate::record::drives::Choice;
 use crate::record::{self, Settings};
+use hexsense_client::Client;
 
 /// How often a run is recorded at most when the board goes away in it.
 const ATTEMPTS: u32 = 3;

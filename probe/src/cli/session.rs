@@ -7,9 +7,9 @@ use crate::analysis;
 use crate::analysis::results::{self, Analysis};
 use crate::campaign::{BoardRecord, Campaign};
 use crate::files;
-use crate::link::Client;
 use crate::plan::Purpose;
 use crate::replay::{self, replay};
+use hexsense_client::Client;
 
 /// Makes sure that the board is fit to record, and says who it is.
 ///
@@ -28,7 +28,7 @@ pub fn ready(client: &mut Client, rate_hz: u32) -> anyhow::Result<Identity> {
 #[must_use]
 pub fn link_load(content: StreamContent, rate_hz: u32, block: BlockSize) -> f64 {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    f64::from(bits_per_s) / f64::from(telemetry::LIMIT_BITS_PER_S)
+    f64::from(bits_per_s) / f64::from(telemetry::MAX_BITS_PER_S)
 }
 
 /// What the folder notes of the board.

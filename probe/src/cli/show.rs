@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use clap::Args;
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::{PoseReport, StreamContent};
 use serde_json::json;
 
 use super::arguments::Port;
-use crate::link::{Client, LinkError};
 use crate::{board_pose, coefficient_file};
+use hexsense_client::{Client, LinkError};
 
 /// How long the board may take to find its pose.
 const POSE_WAIT: Duration = Duration::from_secs(2);

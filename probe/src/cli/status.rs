@@ -4,14 +4,14 @@ use clap::Args;
 use hexsense_core::sampling::NOMINAL_SUPPLY_V;
 use hexsense_core::wire::message::ActiveSet;
 use hexsense_core::wire::status::{PathCycles, ResetCause, StackUse};
-use hexsense_core::wire::{HarmonicState, Status as BoardStatus, StreamContent, telemetry};
+use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent, telemetry};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
 use super::losses;
 use super::session::link_load;
-use crate::link::client::HarmonicReport;
-use crate::link::{Client, LinkError};
+use hexsense_client::client::SumsReport;
+use hexsense_client::{Client, LinkError};
 
 /// Clock of the board's core, Hz: what the cycles of the sample path are counted at.
 const CORE_HZ: f64 = 150e6;
@@ -55,7 +55,7 @@ struct Reading {
     status: BoardStatus,
     last_start: ResetCause,
     active: Option<ActiveSet>,
-    analysers: Vec<HarmonicReport>,
+    analysers: Vec<SumsReport>,
 }
 
 /// The streams whose share of the link is printed.
@@ -77,7 +77,7 @@ impl Reading {
     fn take(client: &mut Client) -> Result<Self, LinkError> {
         let status = client.status()?;
         let analysers = 0..status.analysers.len() as u8;
-        let analysers = analysers.map(|analyser| client.harmonics(analyser, 0));
+        let analysers = analysers.map(|analyser| client.sums(analyser, 0));
         Ok(Self {
             analysers: analysers.collect::<Result<_, _>>()?,
             active: client.active_set()?,
@@ -175,10 +175,10 @@ impl Reading {
         f64::from(cycles) / CORE_HZ / self.block_s()
     }
 
-    fn analyser(&self, report: &HarmonicReport) -> String {
+    fn analyser(&self, report: &SumsReport) -> String {
         let frequency = format!("{:.6} Hz", self.frequency_hz(report));
         match report.state {
-            HarmonicState::Idle => "idle".to_owned(),
+            AnalyserState::Idle => "idle".to_owned(),
             state => format!(
                 "{frequency}, {}, {} of {} blocks left",
                 state_name(state),
@@ -188,18 +188,18 @@ impl Reading {
         }
     }
 
-    fn frequency_hz(&self, report: &HarmonicReport) -> f64 {
+    fn frequency_hz(&self, report: &SumsReport) -> f64 {
         report.drive.frequency_hz(self.status.rate_hz)
     }
 
     /// Blocks that are still to be summed.
-    fn blocks_left(&self, report: &HarmonicReport) -> u64 {
+    fn blocks_left(&self, report: &SumsReport) -> u64 {
         let (status, blocks) = (&self.status, u64::from(report.drive.blocks));
         let next_scan = status.scans + status.scans_lost;
         match report.state {
-            HarmonicState::Idle | HarmonicState::Complete => 0,
-            HarmonicState::Settling => blocks,
-            HarmonicState::Summing => {
+            AnalyserState::Idle | AnalyserState::Complete => 0,
+            AnalyserState::Settling => blocks,
+            AnalyserState::Summing => {
                 let taken = next_scan.saturating_sub(report.first_scan);
                 blocks.saturating_sub(taken / report.drive.block.scans() as u64)
             }
@@ -214,7 +214,7 @@ impl Reading {
         });
         format!(
             "of {:.1} Mbit/s for telemetry, {}; {} blocks dropped, {} damaged frames",
-            f64::from(telemetry::LIMIT_BITS_PER_S) * 1e-6,
+            f64::from(telemetry::MAX_BITS_PER_S) * 1e-6,
             loads.join(", "),
             status.events.blocks_dropped.count,
             status.events.frames_damaged()
@@ -246,7 +246,7 @@ impl Reading {
             })
         };
         let analysers = self.analysers.iter().map(|report| {
-            let idle = report.state == HarmonicState::Idle;
+            let idle = report.state == AnalyserState::Idle;
             json!({
                 "state": state_name(report.state),
                 "frequency_hz": (!idle).then(|| self.frequency_hz(report)),
@@ -269,7 +269,7 @@ impl Reading {
             "sample_path": {"min": cycles(min), "max": cycles(max), "last": cycles(last)},
             "analysers": analysers.collect::<Vec<_>>(),
             "link": {
-                "limit_bits_per_s": telemetry::LIMIT_BITS_PER_S,
+                "limit_bits_per_s": telemetry::MAX_BITS_PER_S,
                 "load_percent": Value::Object(loads.into_iter().collect()),
                 "blocks_dropped": status.events.blocks_dropped.count,
                 "frames_damaged": status.events.frames_damaged(),
@@ -340,11 +340,11 @@ fn percent(share: f64) -> f64 {
     100.0 * share
 }
 
-fn state_name(state: HarmonicState) -> &'static str {
+fn state_name(state: AnalyserState) -> &'static str {
     match state {
-        HarmonicState::Idle => "idle",
-        HarmonicState::Settling => "settling",
-        HarmonicState::Summing => "summing",
-        HarmonicState::Complete => "complete",
+        AnalyserState::Idle => "idle",
+        AnalyserState::Settling => "settling",
+        AnalyserState::Summing => "summing",
+        AnalyserState::Complete => "complete",
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
 use super::arguments::{Key, Port};
 use crate::{coefficient_file, files};

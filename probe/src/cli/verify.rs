@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
@@ -11,19 +11,19 @@ use super::broken_off::same_again;
 use super::runs::{self, Job};
 use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
-use crate::board_pose::{self, Difference, LIMIT};
+use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
 use crate::date;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
-use crate::link::Client;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
 use crate::replay::{WrongValues, first_wrong_values};
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
+use hexsense_client::Client;
 
 /// Prove the board's coefficients on a movement that they were not fitted to.
 ///
@@ -84,7 +84,10 @@ impl Verify {
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
-        let date = self.date.date.unwrap_or_else(date::now);
+        let date = self
+            .date
+            .date
+            .unwrap_or_else(hexsense_client::change::unix_now);
         let since_set_s = date.saturating_sub(ours.unix_s) as f64;
         let elapsed_s = since_set_s + campaign.recorded_s()?;
         judge(&campaign, run, &ours, poses, elapsed_s)
@@ -153,7 +156,7 @@ fn check_poses(
     let difference = board_pose::compare(&capture, (record.rate_hz, record.block), poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
     println!(
-        "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {LIMIT:.0e}",
+        "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {MAX_DIFFERENCE:.0e}",
         difference.poses, difference.largest_m, difference.scan, difference.largest_rad
     );
     Ok(difference)
@@ -242,8 +245,8 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
     use hexsense_core::sampling::{Calibrator, Values};
-    use hexsense_core::store::{JackCoefficients, MotionBase, TriadCoefficients};
 
     #[test]
     fn a_value_that_is_off_by_its_last_bit_is_found() {

@@ -28,7 +28,7 @@ use super::Run;
 
 /// Largest condition number of a movement: ten times what a usual base has at home. Jacks that are 0.5 mm off may
 /// then move the platform by 0.5 mm·√6·25 = 31 mm, which is no reference for any sensor.
-pub const CONDITION_LIMIT: f64 = 25.0;
+pub const MAX_CONDITION: f64 = 25.0;
 /// Time between poses that are looked at, s, and way of a hinge after which the Jacobian is decomposed again, m.
 const STEP_S: f64 = 0.01;
 const STEP_M: f64 = 0.005;

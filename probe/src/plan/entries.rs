@@ -4,7 +4,7 @@ use hexsense_core::excitation::ramps::MAX_LEVELS;
 use hexsense_core::excitation::{DegreeOfFreedom, RampShape, Ramps, Sine};
 use serde::{Deserialize, Serialize};
 
-use super::LONGEST_S;
+use super::MAX_S;
 use crate::files::{self, FileError};
 
 /// Ramps and holds of one degree of freedom; see [`Ramps`].
@@ -101,7 +101,7 @@ impl RampsEntry {
 
     pub(super) fn check(&self, file: &str, run: &str) -> Result<(), FileError> {
         let key = |name: &str| format!("run {run}: ramps.{name}");
-        files::within(file, &key("step_s"), self.step_s, 0.1..=LONGEST_S)?;
+        files::within(file, &key("step_s"), self.step_s, 0.1..=MAX_S)?;
         let (levels, limit) = in_unit(
             file,
             &key("levels"),
@@ -148,9 +148,9 @@ impl SineEntry {
         let (amplitude, limit) = in_unit(file, &key("amplitude"), self.freedom, degrees, metres)?;
         files::within(file, &key("amplitude"), *amplitude, 0.0..=limit)?;
         files::within(file, &key("frequency_hz"), self.frequency_hz, 0.01..=50.0)?;
-        files::within(file, &key("fade_s"), self.fade_s, 0.1..=LONGEST_S)?;
-        files::within(file, &key("settle_s"), self.settle_s, 0.0..=LONGEST_S)?;
-        files::within(file, &key("estimate_s"), self.estimate_s, 0.1..=LONGEST_S).map(drop)
+        files::within(file, &key("fade_s"), self.fade_s, 0.1..=MAX_S)?;
+        files::within(file, &key("settle_s"), self.settle_s, 0.0..=MAX_S)?;
+        files::within(file, &key("estimate_s"), self.estimate_s, 0.1..=MAX_S).map(drop)
     }
 }
 

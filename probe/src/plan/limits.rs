@@ -11,7 +11,7 @@
 //!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %;
 //! - hinge angle: as [`super::hinges`] says; condition number: as [`super::conditioning`] says.
 
-use super::conditioning::{CONDITION_LIMIT, Conditioning, conditioning};
+use super::conditioning::{Conditioning, MAX_CONDITION, conditioning};
 use super::hinges::{HingeUse, Joint, closest};
 use super::uses::{Quantity, Use, Uses, uses};
 use super::{Plan, Run};
@@ -68,7 +68,7 @@ pub enum BeyondLimit {
     /// The jacks would hardly hold the platform.
     #[error(
         "run {run} comes close to a pose in which the jacks do not hold the platform: at {time_s:.3} s the condition \
-         number of the Jacobian may reach {bound:.1}, limit {CONDITION_LIMIT}; make the movement smaller"
+         number of the Jacobian may reach {bound:.1}, limit {MAX_CONDITION}; make the movement smaller"
     )]
     Condition {
         /// Name of the run.
@@ -160,7 +160,7 @@ fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked,
         });
     }
     let conditioning = conditioning(run, &geometry.geometry);
-    if conditioning.bound <= CONDITION_LIMIT {
+    if conditioning.bound <= MAX_CONDITION {
         return Ok(Checked {
             uses,
             hinge,
@@ -300,7 +300,7 @@ mod tests {
         let BeyondLimit::Condition { time_s, bound, .. } = refusal else {
             panic!("{refusal}");
         };
-        assert!(bound > CONDITION_LIMIT && time_s > 0.0);
+        assert!(bound > MAX_CONDITION && time_s > 0.0);
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub use multisine::{LinesEntry, MultisineEntry};
 /// Most signals of one run: one for each degree of freedom.
 const MAX_SIGNALS: usize = 6;
 /// Longest run, s.
-const LONGEST_S: f64 = 1800.0;
+const MAX_S: f64 = 1800.0;
 
 /// What a campaign will do, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -233,7 +233,7 @@ impl Run {
                 file,
                 &format!("run {}: rest_s", self.name),
                 rest_s,
-                1.0..=LONGEST_S,
+                1.0..=MAX_S,
             )?;
         }
         self.ramps
@@ -246,6 +246,6 @@ impl Run {
             entry.check(file, &self.name)?;
         }
         let key = format!("run {}: length in seconds", self.name);
-        files::within(file, &key, self.duration_s(), 0.1..=LONGEST_S).map(drop)
+        files::within(file, &key, self.duration_s(), 0.1..=MAX_S).map(drop)
     }
 }

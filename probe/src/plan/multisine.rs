@@ -24,14 +24,14 @@ use hexsense_core::excitation::multisine::{MAX_LINES, Timing, shared};
 use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 use serde::{Deserialize, Serialize};
 
-use super::LONGEST_S;
+use super::MAX_S;
 use super::entries::{Freedom, in_unit};
 use crate::files::{self, FileError};
 
 /// Highest frequency of a line, Hz, as that of a sine.
-const HIGHEST_HZ: f64 = 50.0;
+const MAX_HZ: f64 = 50.0;
 /// Highest harmonic.
-const HIGHEST: u16 = 1000;
+const MAX_HARMONIC: u16 = 1000;
 
 /// A multisine of one or several degrees of freedom; see [`Multisine`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,8 +99,8 @@ impl MultisineEntry {
         let within = |name: &str, value: f64, low: f64, high: f64| {
             files::within(file, &key(name), value, low..=high).map(drop)
         };
-        within("fundamental_hz", self.fundamental_hz, 0.001, HIGHEST_HZ)?;
-        within("fade_s", self.fade_s, 0.1, LONGEST_S)?;
+        within("fundamental_hz", self.fundamental_hz, 0.001, MAX_HZ)?;
+        within("fade_s", self.fade_s, 0.1, MAX_S)?;
         let estimate = f64::from(self.estimate_periods);
         within("estimate_periods", estimate, 1.0, f64::from(u16::MAX))?;
         for lines in &self.lines {
@@ -156,7 +156,7 @@ impl LinesEntry {
             let limit = format!("it must have 1 to {MAX_LINES} harmonics");
             return list("harmonics", count, limit);
         }
-        let highest = f64::min(f64::from(HIGHEST), (HIGHEST_HZ / fundamental_hz).floor());
+        let highest = f64::min(f64::from(MAX_HARMONIC), (MAX_HZ / fundamental_hz).floor());
         for harmonic in &self.harmonics {
             let key = format!("{key}.harmonics");
             files::within(file, &key, f64::from(*harmonic), 1.0..=highest)?;

@@ -170,7 +170,7 @@ impl Asked<'_> {
 /// What the board would say to this stream.
 fn carried(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    let limit = telemetry::LIMIT_BITS_PER_S;
+    let limit = telemetry::MAX_BITS_PER_S;
     if bits_per_s > limit {
         return Err(Refusal::LinkCapacity { bits_per_s, limit });
     }
@@ -227,7 +227,7 @@ fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
 mod tests {
     use super::*;
     use crate::plan::{Freedom, Purpose, SineEntry};
-    use hexsense_core::harmonics::choice::LARGEST_TURN;
+    use hexsense_core::harmonics::choice::MAX_TURN;
     use hexsense_core::sampling::RATES_HZ;
 
     const COUNTS: StreamContent = StreamContent {
@@ -284,11 +284,11 @@ mod tests {
                 let choice = block("lines_hz = []").unwrap();
                 let turn = |scans| 5.0 * frequency_hz * scans as f64 / f64::from(rate_hz);
                 let scans = choice.block.scans();
-                assert!(turn(scans) <= LARGEST_TURN || scans == 1);
+                assert!(turn(scans) <= MAX_TURN || scans == 1);
                 // The run's own frequency may forbid the largest.
                 let allowed = [1, 4, 8, 16, 32]
                     .into_iter()
-                    .rfind(|scans| turn(*scans) <= LARGEST_TURN);
+                    .rfind(|scans| turn(*scans) <= MAX_TURN);
                 assert!(scans <= allowed.unwrap_or(1));
                 let drive = choice.lines[0].drive(rate_hz, choice.block, 7).unwrap();
                 drive.check().unwrap();

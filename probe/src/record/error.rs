@@ -1,12 +1,12 @@
 //! Why a run could not be recorded.
 
-use hexsense_core::wire::HarmonicState;
+use hexsense_core::wire::AnalyserState;
 
-use super::{ONSET_LIMIT_S, REST_LIMIT_S};
+use super::{MAX_ONSET_WAIT_S, MAX_REST_WAIT_S};
 use crate::files::FileError;
 use crate::interrupt::Interrupted;
-use crate::link::LinkError;
 use crate::motion::MotionError;
+use hexsense_client::LinkError;
 
 /// Why a run could not be recorded.
 #[derive(Debug, thiserror::Error)]
@@ -22,7 +22,7 @@ pub enum RecordError {
     File(#[from] FileError),
     /// The base does not come to rest.
     #[error(
-        "jack {jack} still moves ({moved_mm:.1} mm in a second) {REST_LIMIT_S} s before run {run} could start; bring \
+        "jack {jack} still moves ({moved_mm:.1} mm in a second) {MAX_REST_WAIT_S} s before run {run} could start; bring \
          the base home, let it come to rest, and check that this transducer is connected"
     )]
     NotAtRest {
@@ -48,7 +48,7 @@ pub enum RecordError {
     },
     /// The base did not move.
     #[error(
-        "no jack has moved within {ONSET_LIMIT_S} s of the start of run {run}; check that the motion controller is \
+        "no jack has moved within {MAX_ONSET_WAIT_S} s of the start of run {run}; check that the motion controller is \
          enabled and has the right program, and that the jack transducers are wired to the board"
     )]
     NoOnset {
@@ -83,7 +83,7 @@ pub enum RecordError {
         /// Drive frequency, Hz.
         frequency_hz: f64,
         /// How far they are.
-        state: HarmonicState,
+        state: AnalyserState,
     },
     /// Somebody asked to stop.
     #[error("{0}")]

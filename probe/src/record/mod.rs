@@ -26,17 +26,17 @@ use std::time::Duration;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::{ChannelSums, DriveError};
 use hexsense_core::wire::telemetry::Block;
-use hexsense_core::wire::{Drive, HarmonicState, Refusal, StreamContent};
+use hexsense_core::wire::{AnalyserState, Drive, Refusal, StreamContent};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::campaign::{BoardSums, Campaign, RunRecord};
 use crate::files::FileError;
 use crate::interrupt::Interrupt;
-use crate::link::{Client, LinkError};
 use crate::motion::Motion;
 use crate::plan::Run;
 use drives::{Choice, Line};
 pub use error::RecordError;
+use hexsense_client::{Client, LinkError};
 use jacks::JackMeans;
 use onset::OnsetWatch;
 use rest::{Rest, RestWatch, Unrest};
@@ -45,9 +45,9 @@ use tape::Tape;
 /// How long the next block may take.
 const BLOCK_WAIT: Duration = Duration::from_secs(2);
 /// How long the base may take to come to rest at home before a run, s.
-const REST_LIMIT_S: f64 = 60.0;
+const MAX_REST_WAIT_S: f64 = 60.0;
 /// How long the base may take to start after the controller was told, s.
-const ONSET_LIMIT_S: f64 = 30.0;
+const MAX_ONSET_WAIT_S: f64 = 30.0;
 /// Recorded after the end of the program, s.
 const AFTER_S: f64 = 1.0;
 /// Sums start so much before the settling is over, s: the onset is known to a tenth of a second, and the end of the
@@ -170,7 +170,7 @@ impl Recording<'_> {
         let mut watch = RestWatch::new(&self.campaign.geometry);
         self.bar.set_message("at rest");
         let first = self.take(tape)?.header.first_scan;
-        let limit = first + self.scans(REST_LIMIT_S);
+        let limit = first + self.scans(MAX_REST_WAIT_S);
         loop {
             let block = self.take(tape)?;
             match watch.learn(&block, jacks) {
@@ -213,7 +213,7 @@ impl Recording<'_> {
         self.motion
             .start(&self.run.name, &self.campaign.program_path(self.run))?;
         self.bar.set_message("waiting for the base to move");
-        let limit = tape.next_scan() + self.scans(ONSET_LIMIT_S);
+        let limit = tape.next_scan() + self.scans(MAX_ONSET_WAIT_S);
         while tape.next_scan() < limit {
             let block = self.take(tape)?;
             if let Some(onset) = watch.watch(&block, jacks) {
@@ -291,8 +291,8 @@ impl Recording<'_> {
             channels: [ChannelSums::default(); CHANNELS],
         };
         for channel in 0..CHANNELS {
-            let report = self.client.harmonics(analyser, channel as u8)?;
-            if report.state != HarmonicState::Complete || report.drive != drive {
+            let report = self.client.sums(analyser, channel as u8)?;
+            if report.state != AnalyserState::Complete || report.drive != drive {
                 return Err(RecordError::Sums {
                     run: self.run.name.clone(),
                     frequency_hz: self.choice.lines[usize::from(analyser)].frequency_hz,

@@ -10,9 +10,9 @@ use crate::geometry_file::GeometryFile;
 /// Windows that are compared: one second of them.
 const WINDOWS: usize = 60;
 /// Most that windows may differ at rest, m. Noise makes a hundredth of a millimetre.
-const REST_LIMIT_M: f64 = 0.000_5;
+const MAX_REST_M: f64 = 0.000_5;
 /// Most that a jack may be off its home, m: far more than transducers and hinges are off.
-const HOME_LIMIT_M: f64 = 0.02;
+const MAX_HOME_OFFSET_M: f64 = 0.02;
 
 /// A base that is not at rest at home.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,13 +91,13 @@ impl RestWatch {
             let lowest = values.clone().fold(f64::INFINITY, f64::min);
             let moved_m = values.fold(f64::NEG_INFINITY, f64::max) - lowest;
             let off_m = mean - self.home_m[jack];
-            if moved_m > REST_LIMIT_M {
+            if moved_m > MAX_REST_M {
                 return Err(Unrest::Moving {
                     jack: jack + 1,
                     moved_m,
                 });
             }
-            if off_m.abs() > HOME_LIMIT_M {
+            if off_m.abs() > MAX_HOME_OFFSET_M {
                 return Err(Unrest::Away {
                     jack: jack + 1,
                     off_m,

@@ -1,6 +1,6 @@
 //! Under which conditions the coefficients were found: base, board, sensors, date, temperature, identities, runs.
 
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
 use super::number::{fixed, rounded, significant};
 use super::page::{Page, row, text};

@@ -15,7 +15,7 @@ use crate::analysis::filter::zero_phase_low_pass;
 use crate::analysis::held_out::{
     CORNER_HZ, ChannelVerdict, MEAN_COVERAGE, RATE_HZ, Signals, failures,
 };
-use crate::board_pose::{Difference, LIMIT};
+use crate::board_pose::{Difference, MAX_DIFFERENCE};
 
 /// Values behind the low-pass are drawn at this rate, Hz: ten times its corner.
 const DRAWN_HZ: f64 = 20.0;
@@ -102,7 +102,7 @@ fn poses(page: &mut Page, poses: &Difference) {
         poses.poses,
         micro(poses.largest_m),
         micro(poses.largest_rad),
-        limit = significant(1e6 * LIMIT, 1),
+        limit = significant(1e6 * MAX_DIFFERENCE, 1),
     ));
 }
 

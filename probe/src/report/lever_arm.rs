@@ -3,7 +3,7 @@
 use super::ReportInput;
 use super::number::{align, fixed, rounded};
 use super::page::{Page, row, text};
-use crate::analysis::lever_arm::{LIMIT_M, SecondHarmonic};
+use crate::analysis::lever_arm::{MAX_OFFSET_M, SecondHarmonic};
 
 /// The section: the place, warnings, and a table of the check.
 pub fn section(page: &mut Page, input: &ReportInput) {
@@ -21,7 +21,7 @@ pub fn section(page: &mut Page, input: &ReportInput) {
         "The second harmonic, the centripetal acceleration, was not used for that; here it is compared with what pose, \
          gravity and that place predict. A difference is let pass up to four standard uncertainties of the noise, or \
          up to what {} mm would make.",
-        fixed(1e3 * LIMIT_M, 0)
+        fixed(1e3 * MAX_OFFSET_M, 0)
     ));
     harmonics(page, &results.second_harmonics);
 }

@@ -37,7 +37,7 @@ pub mod pair;
 pub mod scale;
 pub mod signals;
 
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 
 use crate::analysis::condense::Sweep;
 use crate::analysis::held_out::{ChannelVerdict, HeldOut};

@@ -5,7 +5,7 @@
 //! points of a column stand below each other.
 
 /// Most decimals that are ever written: beyond them a number is written with the wrong unit.
-const MOST_DECIMALS: usize = 12;
+const MAX_DECIMALS: usize = 12;
 const FIGURE_SPACE: char = '\u{2007}';
 /// As wide as a decimal point.
 const PUNCTUATION_SPACE: char = '\u{2008}';
@@ -17,7 +17,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "not finite".to_owned();
     }
-    let digits = format!("{:.*}", decimals.min(MOST_DECIMALS), value.abs());
+    let digits = format!("{:.*}", decimals.min(MAX_DECIMALS), value.abs());
     let negative = value < 0.0 && digits.bytes().any(|byte| matches!(byte, b'1'..=b'9'));
     format!("{}{digits}", if negative { MINUS } else { "" })
 }
@@ -52,7 +52,7 @@ fn decimals(value: f64, digits: usize) -> usize {
         .next()
         .and_then(|exponent| exponent.parse().ok())
         .unwrap_or(0);
-    (digits as i32 - 1 - exponent).clamp(0, MOST_DECIMALS as i32) as usize
+    (digits as i32 - 1 - exponent).clamp(0, MAX_DECIMALS as i32) as usize
 }
 
 /// Fills the fractions of a column, so that flush right its decimal points stand below each other.

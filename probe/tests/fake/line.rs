@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use hexsense_probe::link::{Transport, TransportError};
+use hexsense_client::{Transport, TransportError};
 
 use super::FakeBoard;
 use super::source;

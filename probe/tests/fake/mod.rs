@@ -1,5 +1,5 @@
 //! A board made of the core's own parts, on this side of a socket: frames, messages, sums, calibration and the
-//! keeper of the coefficients are the core's; what is written here is only what answers which request, and what goes wrong on purpose.
+//! storage of the coefficients are the core's; what is written here is only what answers which request, and what goes wrong on purpose.
 
 #![allow(dead_code, reason = "every test takes what it needs")]
 
@@ -16,17 +16,17 @@ use embassy_futures::block_on;
 use hexsense_core::authority;
 use hexsense_core::channel::Scan;
 use hexsense_core::harmonics::{ANALYSERS, Analyser, ChannelSums, solve_channel};
-use hexsense_core::keeper::{Active, Command, Keeper};
 use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::sampling::{BlockSize, BlockSums, Calibrator, RATES_HZ, Values};
+use hexsense_core::storage::{Active, Command, Storage};
 use hexsense_core::wire::change::{Act, Challenge, Change};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::message::{Fit, decode_request, encode_response};
+use hexsense_core::wire::message::{ChannelHarmonics, decode_request, encode_response};
 use hexsense_core::wire::status::{Events, PathCycles, ResetCause, Resets, StackUse};
-use hexsense_core::wire::telemetry::{self, Header, MOST_SCANS, Samples};
+use hexsense_core::wire::telemetry::{self, Header, MAX_SCANS, Samples};
 use hexsense_core::wire::{
-    BoardPose, Drive, HarmonicState, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
+    AnalyserState, BoardPose, Drive, Identity, Kind, MAX_FRAME, PoseReport, Refusal, Request,
     Response, Status, StreamContent, VERSION, pose,
 };
 
@@ -91,7 +91,7 @@ pub struct FakeBoard {
     requests: u32,
     late: Vec<u8>,
     deframer: Deframer<MAX_FRAME>,
-    keeper: Keeper<Flash>,
+    storage: Storage<Flash>,
     challenges: u128,
     tracker: Option<Tracker<f32>>,
     analysers: [Analyser; ANALYSERS],
@@ -126,7 +126,7 @@ impl FakeBoard {
             fault: Fault::None,
             cut: false,
             crystal: true,
-            keeper: Keeper::new(flash.clone(), uid),
+            storage: Storage::new(flash.clone(), uid),
             flash,
             heard: Vec::new(),
             lose_blocks: 0..0,
@@ -162,7 +162,7 @@ impl FakeBoard {
 
     /// The active set.
     pub fn active(&self) -> Option<&Active> {
-        self.keeper.active()
+        self.storage.active()
     }
 
     /// Requests that were heard so far.
@@ -277,8 +277,8 @@ impl FakeBoard {
         let supply = self.source.supply();
         let mut frames = Vec::new();
         if self.stream.has_blocks() {
-            let first_scans = (first_scan..).step_by(MOST_SCANS);
-            for (scans, first_scan) in scans.chunks(MOST_SCANS).zip(first_scans) {
+            let first_scans = (first_scan..).step_by(MAX_SCANS);
+            for (scans, first_scan) in scans.chunks(MAX_SCANS).zip(first_scans) {
                 frames.extend(self.block_frame(scans, first_scan, supply));
             }
         }
@@ -289,7 +289,7 @@ impl FakeBoard {
     }
 
     fn block_frame(&self, scans: &[Scan], first_scan: u64, supply: f32) -> Vec<u8> {
-        let active = self.keeper.active();
+        let active = self.storage.active();
         let calibrator = active.map(|active| Calibrator::new(&active.content));
         let value = |scan| {
             calibrator
@@ -329,7 +329,7 @@ impl FakeBoard {
     }
 
     fn pose_frame(&mut self, jacks: &JackBlock) -> Vec<u8> {
-        let Some(Active { set: active, .. }) = self.keeper.active() else {
+        let Some(Active { set: active, .. }) = self.storage.active() else {
             return Vec::new();
         };
         let tracker = self.tracker.as_mut().expect("an active set has a tracker");
@@ -383,7 +383,7 @@ impl FakeBoard {
             }
             Request::Status => return Ok(Response::Status(self.status())),
             Request::Stream(content)
-                if (content.values || content.pose) && self.keeper.active().is_none() =>
+                if (content.values || content.pose) && self.storage.active().is_none() =>
             {
                 return Err(Refusal::NoSet);
             }
@@ -415,7 +415,7 @@ impl FakeBoard {
                     .ok_or(refusal)?;
                 analyser.start(drive);
             }
-            Request::Harmonics { analyser, channel } => {
+            Request::Sums { analyser, channel } => {
                 return Ok(harmonics(&self.analysers[usize::from(analyser)], channel));
             }
             Request::ActiveSet => return self.keep(Command::ActiveSet),
@@ -437,7 +437,7 @@ impl FakeBoard {
             }
             Request::UploadCommit => return self.keep(Command::Commit),
             Request::UploadAbort => return self.keep(Command::Abort),
-            Request::Fit { analyser, channel } => return self.fit(analyser, channel),
+            Request::Harmonics { analyser, channel } => return self.fit(analyser, channel),
             Request::Motion { .. } => return Err(Refusal::NoSet),
         }
         Ok(Response::Done)
@@ -446,22 +446,22 @@ impl FakeBoard {
     fn fit(&self, analyser: u8, channel: u8) -> Result<Response, Refusal> {
         let found = self.analysers.get(usize::from(analyser));
         let found = found.ok_or(Refusal::Analyser { analyser })?;
-        if found.state() != HarmonicState::Complete {
+        if found.state() != AnalyserState::Complete {
             return Err(Refusal::Incomplete { analyser });
         }
         let channel = usize::from(channel);
         let (drive, first_scan, sums) = found.report(channel).unwrap();
         let solved = solve_channel(&drive, self.rate_hz, channel, &sums);
-        Ok(Response::Fit {
+        Ok(Response::Harmonics {
             drive,
             first_scan,
-            fit: Fit::from(&solved.ok_or(Refusal::Undetermined {
+            harmonics: ChannelHarmonics::from(&solved.ok_or(Refusal::Undetermined {
                 blocks: drive.blocks,
             })?),
         })
     }
 
-    /// Has the keeper carry out a command.
+    /// Has the storage carry out a command.
     fn keep(&mut self, command: Command) -> Result<Response, Refusal> {
         let now_ms = self.uptime.as_millis() as u64;
         let challenges = &mut self.challenges;
@@ -470,24 +470,24 @@ impl FakeBoard {
             *challenge = challenges.to_le_bytes();
             true
         };
-        let before = self.keeper.active().map(|active| active.set);
-        let response = block_on(self.keeper.carry_out(command, now_ms, random));
-        if before != self.keeper.active().map(|active| active.set) {
+        let before = self.storage.active().map(|active| active.set);
+        let response = block_on(self.storage.carry_out(command, now_ms, random));
+        if before != self.storage.active().map(|active| active.set) {
             self.track();
         }
         response
     }
 
-    /// Starts a keeper on what the flash has.
+    /// Starts a storage on what the flash has.
     fn load(&mut self) {
-        self.keeper = Keeper::new(self.flash.clone(), self.uid);
-        block_on(self.keeper.load()).unwrap();
-        block_on(self.keeper.complete()).unwrap();
+        self.storage = Storage::new(self.flash.clone(), self.uid);
+        block_on(self.storage.load()).unwrap();
+        block_on(self.storage.complete()).unwrap();
         self.track();
     }
 
     fn track(&mut self) {
-        let active = self.keeper.active().map(|active| &active.content);
+        let active = self.storage.active().map(|active| &active.content);
         self.tracker = active.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
     }
 
@@ -511,14 +511,14 @@ impl FakeBoard {
             supply: self.source.supply(),
             supply_readings: 16,
             temperature_c: 31.5,
-            in_calibrated_range: self.keeper.active().is_some(),
+            in_calibrated_range: self.storage.active().is_some(),
             tilt_approximate_rad: None,
             resets: Resets::default(),
             stack: StackUse {
                 deepest: 6_000,
                 size: 24_576,
             },
-            provisioned: self.keeper.is_provisioned(),
+            provisioned: self.storage.is_provisioned(),
             panic: None,
         }
     }
@@ -536,7 +536,7 @@ fn harmonics(analyser: &Analyser, channel: u8) -> Response {
         ChannelSums::default(),
     );
     let (drive, first_scan, sums) = analyser.report(channel.into()).unwrap_or(idle);
-    Response::Harmonics {
+    Response::Sums {
         state: analyser.state(),
         drive,
         first_scan,
@@ -547,7 +547,7 @@ fn harmonics(analyser: &Analyser, channel: u8) -> Response {
 /// Refuses what the link does not carry.
 fn carried(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    let limit = telemetry::LIMIT_BITS_PER_S;
+    let limit = telemetry::MAX_BITS_PER_S;
     if bits_per_s > limit {
         return Err(Refusal::LinkCapacity { bits_per_s, limit });
     }

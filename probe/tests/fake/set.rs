@@ -1,6 +1,6 @@
 //! A coefficient set for the fake board.
 
-use hexsense_core::store::{
+use hexsense_core::records::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 use hexsense_probe::geometry_file::GeometryFile;

@@ -27,7 +27,7 @@ const DEFAULT_HINGE_TOLERANCE_M: f64 = 0.0005;
 /// How far from mid-length a jack may be at a home height that was not given, m.
 const MID_LENGTH_TOLERANCE_M: f64 = 0.001;
 /// No motion base is larger than this, m; a file beyond it is in other units.
-const LARGEST_M: f64 = 100.0;
+const MAX_COORDINATE_M: f64 = 100.0;
 
 /// A motion base as its geometry file describes it.
 #[derive(Debug, Clone)]
@@ -113,7 +113,7 @@ impl Geometry {
         };
         let length_m = stroke(&file)?;
         let height = match file.home_height {
-            Some(height) => in_range("home_height", height, -LARGEST_M, LARGEST_M)?,
+            Some(height) => in_range("home_height", height, -MAX_COORDINATE_M, MAX_COORDINATE_M)?,
             None => mid_height(&nominal, 0.5 * (length_m[0] + length_m[1]))?,
         };
         let home = Pose {
@@ -196,8 +196,8 @@ fn hinges(key: &'static str, table: &[Vec<f64>], axes: &Axes) -> Result<[Vec3; 6
             in_range(
                 &format!("{key}[{}].{letter}", index + 1),
                 value,
-                -LARGEST_M,
-                LARGEST_M,
+                -MAX_COORDINATE_M,
+                MAX_COORDINATE_M,
             )?;
         }
         hinges[index] = Vec3(match axes {
@@ -209,8 +209,8 @@ fn hinges(key: &'static str, table: &[Vec<f64>], axes: &Axes) -> Result<[Vec3; 6
 }
 
 fn stroke(file: &File) -> Result<[f64; 2], GeometryError> {
-    let min = in_range("length_min", file.length_min, 0.01, LARGEST_M)?;
-    let max = in_range("length_max", file.length_max, 0.01, LARGEST_M)?;
+    let min = in_range("length_min", file.length_min, 0.01, MAX_COORDINATE_M)?;
+    let max = in_range("length_max", file.length_max, 0.01, MAX_COORDINATE_M)?;
     if min < max {
         Ok([min, max])
     } else {

@@ -18,9 +18,9 @@ use crate::machine::Machine;
 /// Virtual time that runs between two looks at the host.
 const SLICE_S: f64 = 1e-3;
 /// Real time may be this far ahead before the board gives up catching up with it.
-const LARGEST_LAG: Duration = Duration::from_millis(200);
+const MAX_LAG: Duration = Duration::from_millis(200);
 /// Bytes on their way to the receiver; a faster host is held back, as the ST-LINK does.
-const LARGEST_BACKLOG: usize = 512;
+const MAX_BACKLOG: usize = 512;
 
 /// A cable with the host at its far end, or nobody.
 #[derive(Debug)]
@@ -59,8 +59,8 @@ impl Cable {
         let mut started = Instant::now();
         let mut run_s = 0.0;
         loop {
-            let mut buffer = [0; LARGEST_BACKLOG];
-            let room = LARGEST_BACKLOG.saturating_sub(machine.bus().lpuart.line_backlog());
+            let mut buffer = [0; MAX_BACKLOG];
+            let room = MAX_BACKLOG.saturating_sub(machine.bus().lpuart.line_backlog());
             let received = self.end.receive(&mut buffer[..room]);
             machine.bus_mut().line_in(&buffer[..received]);
             machine.run(machine.bus().now_s() + SLICE_S)?;
@@ -71,7 +71,7 @@ impl Cable {
             let now = Instant::now();
             if due > now {
                 thread::sleep(due - now);
-            } else if now - due > LARGEST_LAG {
+            } else if now - due > MAX_LAG {
                 (started, run_s) = (now, 0.0);
             }
         }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! After a request the machine runs until the transmitter has been silent for two character times after at least one
-//! byte, or [`MOST_BYTES`] wait, or `run_us` have passed. Times are true time, which the crystal's error does not
+//! byte, or [`MAX_BYTES`] wait, or `run_us` have passed. Times are true time, which the crystal's error does not
 //! touch. While no host is connected, time stands still.
 
 use std::io::{self, Read, Write};
@@ -17,9 +17,9 @@ use super::link::{LinkError, print_counts};
 use crate::machine::Machine;
 
 /// The machine stops for the host when so many bytes wait.
-pub const MOST_BYTES: usize = 4096;
+pub const MAX_BYTES: usize = 4096;
 /// A request may not carry more than this: it is a mistake, not a message.
-const LONGEST_REQUEST: u32 = 1 << 20;
+const MAX_REQUEST: u32 = 1 << 20;
 
 /// The listening side.
 #[derive(Debug)]
@@ -67,9 +67,9 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
         u32::from_le_bytes([r0, r1, r2, r3]),
         u32::from_le_bytes([l0, l1, l2, l3]),
     );
-    if length > LONGEST_REQUEST {
+    if length > MAX_REQUEST {
         eprintln!(
-            "board: the host announced {length} bytes, at most {LONGEST_REQUEST} are allowed; it is let go"
+            "board: the host announced {length} bytes, at most {MAX_REQUEST} are allowed; it is let go"
         );
         return Err(io::ErrorKind::InvalidData.into());
     }
@@ -82,7 +82,7 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
 fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
     machine.bus_mut().line_in(bytes);
     let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;
-    machine.run_until_silent(end_s, MOST_BYTES)?;
+    machine.run_until_silent(end_s, MAX_BYTES)?;
     let sent = machine.bus_mut().lpuart.take_sent();
     let now_us = (machine.bus().now_s() * 1e6) as u64;
     let mut answer = Vec::with_capacity(12 + sent.len());

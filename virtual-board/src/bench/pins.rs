@@ -19,8 +19,8 @@ pub const PROTOCOL: &str = "hexsense-pins 1";
 pub const CONVERTERS: usize = 5;
 
 const NEXT_CHUNK: u8 = b'N';
-const LONGEST_GREETING: u64 = 1 << 20;
-const MOST_VALUES: usize = 1 << 22;
+const MAX_GREETING: u64 = 1 << 20;
+const MAX_VALUES: usize = 1 << 22;
 
 const NEUTRAL_SUPPLY_V: f64 = 3.3;
 const NEUTRAL_TEMPERATURE_C: f64 = 30.0;
@@ -182,7 +182,7 @@ impl Pins {
         };
         stream
             .by_ref()
-            .take(LONGEST_GREETING)
+            .take(MAX_GREETING)
             .read_line(&mut line)
             .map_err(greeting)?;
         if !line.ends_with('\n') {
@@ -261,7 +261,7 @@ impl Twin {
             "at least 1",
         )?;
         check(
-            values.is_some_and(|values| values <= MOST_VALUES),
+            values.is_some_and(|values| values <= MAX_VALUES),
             "chunk_steps",
             greeting.chunk_steps,
             "smaller",

@@ -1,14 +1,14 @@
-//! Only the keeper changes coefficients: whatever comes without the right tag changes nothing.
+//! Only the key holder changes coefficients: whatever comes without the right tag changes nothing.
 
 use std::time::Duration;
 
 use anyhow::{bail, ensure};
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change::{self, Key};
 use hexsense_core::wire::{Refusal, Request, Response};
 
 use super::bench::Bench;
-use super::keeper::{Account, Keeper, pieces, upload_of};
+use super::key_holder::{Account, KeyHolder, pieces, upload_of};
 use super::line::Line;
 use super::outcome::Outcome;
 use crate::build::Parts;
@@ -45,7 +45,7 @@ pub fn forge(parts: &Parts, seed: u64, forgeries: u64) -> anyhow::Result<Outcome
 
 struct Trial<'a> {
     bench: Bench<'a>,
-    keeper: Keeper,
+    key_holder: KeyHolder,
     set: CoefficientSet,
     random: Random,
     /// What the board keeps, and must go on to.
@@ -57,14 +57,14 @@ impl<'a> Trial<'a> {
     fn new(parts: &'a Parts, seed: u64, minimum: u64) -> anyhow::Result<Self> {
         let bench = Bench::new(parts, "authority", seed)?;
         let mut board = bench.on(&[])?;
-        let keeper = Keeper::of(&mut board.line)?;
+        let key_holder = KeyHolder::of(&mut board.line)?;
         let account = Account::read(&mut board.line)?;
         drop(board);
         let mut random = Random(seed as u32 | 1);
         Ok(Self {
             bench,
-            set: random.set(keeper.board),
-            keeper,
+            set: random.set(key_holder.board),
+            key_holder,
             random,
             account,
             outcome: Outcome::new("authority", minimum),
@@ -88,7 +88,7 @@ impl<'a> Trial<'a> {
             "a new board says that it has a key"
         );
         for act in self.acts()? {
-            let request = self.keeper.tagged(&mut board.line, act)?;
+            let request = self.key_holder.tagged(&mut board.line, act)?;
             self.outcome.refused(&mut board.line, &request, |refusal| {
                 refusal == Refusal::Unprovisioned
             })?;
@@ -101,13 +101,13 @@ impl<'a> Trial<'a> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
         let mut recorded = vec![
-            self.keeper
-                .tagged(line, change::Act::Provision(self.keeper.key.clone()))?,
+            self.key_holder
+                .tagged(line, change::Act::Provision(self.key_holder.key.clone()))?,
         ];
         line.order(&recorded[0])?;
         let mut room = [0; MAX_ENCODED];
         let encoded = self.set.encode(&mut room)?;
-        let begin = self.keeper.tagged(line, upload_of(encoded))?;
+        let begin = self.key_holder.tagged(line, upload_of(encoded))?;
         for request in [begin].into_iter().chain(pieces(encoded)) {
             line.order(&request)?;
             recorded.push(request);
@@ -144,7 +144,7 @@ impl<'a> Trial<'a> {
         let mut board = self.bench.on(&[])?;
         let acts = self.acts()?;
         let act = acts[forgery as usize % acts.len()].clone();
-        let mut request = self.keeper.tagged(&mut board.line, act)?;
+        let mut request = self.key_holder.tagged(&mut board.line, act)?;
         if let Request::Change { tag, .. } = &mut request {
             let bit = self.random.next() as usize % 256;
             tag[bit / 8] ^= 1 << (bit % 8);
@@ -155,9 +155,9 @@ impl<'a> Trial<'a> {
         self.unchanged(&mut board.line)
     }
 
-    /// Somebody with a key of his own, who would also give it to the board.
+    /// Somebody with a key of its own own, who would also give it to the board.
     fn strangers_key(&mut self) -> anyhow::Result<()> {
-        let mut stranger = Keeper::of(&mut self.bench.on(&[])?.line)?;
+        let mut stranger = KeyHolder::of(&mut self.bench.on(&[])?.line)?;
         stranger.key = Key([0x5A; 32]);
         for act in self
             .acts()?
@@ -180,13 +180,13 @@ impl<'a> Trial<'a> {
         let line = &mut board.line;
         let mut last_ms = 0;
         for _ in 0..WRONG_IN_A_ROW {
-            let mut request = self.keeper.tagged(line, change::Act::FactoryReset)?;
+            let mut request = self.key_holder.tagged(line, change::Act::FactoryReset)?;
             if let Request::Change { tag, .. } = &mut request {
                 tag[0] ^= 1;
             }
             self.outcome
                 .refused(line, &request, |refusal| refusal == Refusal::WrongTag)?;
-            let right = self.keeper.tagged(line, change::Act::FactoryReset)?;
+            let right = self.key_holder.tagged(line, change::Act::FactoryReset)?;
             let Response::Refused(Refusal::BackOff { ms }) = line.ask(&right)? else {
                 bail!("the board did not wait after a wrong tag");
             };
@@ -206,26 +206,26 @@ impl<'a> Trial<'a> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
         let none = |refusal| refusal == Refusal::NoChallenge;
-        let old = self.keeper.tagged(line, change::Act::FactoryReset)?;
+        let old = self.key_holder.tagged(line, change::Act::FactoryReset)?;
         line.run(EXPIRED)?;
         self.outcome.refused(line, &old, none)?;
         self.outcome.refused(line, &old, none)?;
         let [upload, ..] = self.acts()?;
-        let used = self.keeper.tagged(line, upload)?;
+        let used = self.key_holder.tagged(line, upload)?;
         line.order(&used)?;
         self.outcome.inject();
         self.outcome.refused(line, &used, none)?;
         self.unchanged(line)
     }
 
-    /// The keeper himself cannot give the board the set of another.
+    /// The key holder cannot give the board the set of another.
     fn other_boards_set(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
         let set = self.random.set(*b"another one.");
         let mut room = [0; MAX_ENCODED];
         let encoded = set.encode(&mut room)?;
-        self.keeper.begin(line, encoded)?;
+        self.key_holder.begin(line, encoded)?;
         for piece in pieces(encoded) {
             line.order(&piece)?;
         }
@@ -240,11 +240,11 @@ impl<'a> Trial<'a> {
     fn changed_on_the_way(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
-        let set = self.random.set(self.keeper.board);
+        let set = self.random.set(self.key_holder.board);
         let mut room = [0; MAX_ENCODED];
         let encoded = set.encode(&mut room)?;
         for changed in 0..pieces(encoded).count() {
-            self.keeper.begin(line, encoded)?;
+            self.key_holder.begin(line, encoded)?;
             for (index, mut piece) in pieces(encoded).enumerate() {
                 if let Request::UploadChunk { bytes, .. } = &mut piece
                     && index == changed

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::bench::{Bench, Board};
 use super::gaps::Gaps;
-use super::keeper::{Act, Keeper};
+use super::key_holder::{Act, KeyHolder};
 use super::outcome::Outcome;
 use crate::build::Parts;
 use crate::trial_set::Random;
@@ -137,11 +137,11 @@ pub fn inject(parts: &Parts, seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::new("counted", 100.min(u64::from(times) * kinds.len() as u64));
     let bench = Bench::new(parts, "counted", seed)?;
     let mut board = bench.on(&[])?;
-    let mut keeper = Keeper::of(&mut board.line)?;
+    let mut key_holder = KeyHolder::of(&mut board.line)?;
     let mut random = Random(seed as u32 | 1);
-    keeper.provision(&mut board.line)?;
-    let set = random.set(keeper.board);
-    keeper.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
+    key_holder.provision(&mut board.line)?;
+    let set = random.set(key_holder.board);
+    key_holder.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
     drop(board);
     bench.keep("calibrated")?;
     for kind in &kinds {

@@ -7,7 +7,7 @@
 use super::line::Line;
 
 /// Most scans of a frame.
-const FRAME: u64 = hexsense_core::wire::telemetry::MOST_SCANS as u64;
+const FRAME: u64 = hexsense_core::wire::telemetry::MAX_SCANS as u64;
 
 /// What is missing between the blocks that came.
 #[derive(Debug, Default)]

@@ -7,11 +7,11 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use anyhow::bail;
+use hexsense_client::transport::{self, Transport, TransportError};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::message::{decode_response, encode_request};
 use hexsense_core::wire::telemetry::{self, Block};
 use hexsense_core::wire::{Identity, Kind, MAX_FRAME, Request, Response, Status, StreamContent};
-use hexsense_probe::link::transport::{self, Transport, TransportError};
 
 /// Every answer comes within this time.
 const ANSWER: Duration = Duration::from_millis(1_000);

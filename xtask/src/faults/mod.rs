@@ -11,7 +11,7 @@
 //! | [`authority`] | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //!
-//! [`bench`] is the board and its flash memory, [`line`] the serial line to it, [`keeper`] who changes its coefficients,
+//! [`bench`] is the board and its flash memory, [`line`] the serial line to it, [`key_holder`] who changes its coefficients,
 //! [`gaps`] what is missing from a stream, [`outcome`] the account of a promise.
 
 mod authority;
@@ -20,7 +20,7 @@ mod captures;
 mod counted;
 mod gaps;
 mod hostile;
-mod keeper;
+mod key_holder;
 mod line;
 mod no_loss;
 mod outcome;

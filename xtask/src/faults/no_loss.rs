@@ -3,7 +3,7 @@
 
 use super::bench::Bench;
 use super::gaps::Gaps;
-use super::keeper::{Account, Act, Keeper};
+use super::key_holder::{Account, Act, KeyHolder};
 use super::outcome::Outcome;
 use crate::build::Parts;
 use crate::trial_set::Random;
@@ -18,8 +18,8 @@ pub fn stream_through(parts: &Parts, seed: u64, changes: u64) -> anyhow::Result<
     let bench = Bench::new(parts, "no-loss", seed)?;
     let mut board = bench.on(&[])?;
     let line = &mut board.line;
-    let mut keeper = Keeper::of(line)?;
-    keeper.provision(line)?;
+    let mut key_holder = KeyHolder::of(line)?;
+    key_holder.provision(line)?;
     let mut random = Random(seed as u32 | 1);
     line.stream_everything()?;
     let before = line.status()?;
@@ -31,9 +31,9 @@ pub fn stream_through(parts: &Parts, seed: u64, changes: u64) -> anyhow::Result<
         let act = match another {
             Some(_) if change % RESET_EVERY == 0 => Act::FactoryReset,
             Some(id) if change % ROLLBACK_EVERY == 0 => Act::Rollback(id),
-            _ => Act::Upload(Box::new(random.set(keeper.board))),
+            _ => Act::Upload(Box::new(random.set(key_holder.board))),
         };
-        keeper.carry_out(line, &act)?;
+        key_holder.carry_out(line, &act)?;
         outcome.inject();
         gaps.follow(line);
     }

@@ -15,7 +15,7 @@ use hexsense_core::wire::message::Kept;
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board, STARTED};
-use super::keeper::{Account, Act, Keeper};
+use super::key_holder::{Account, Act, KeyHolder};
 use super::line::is_gone;
 use super::outcome::Outcome;
 use crate::build::Parts;
@@ -65,7 +65,7 @@ pub fn sweep(parts: &Parts, seed: u64, extent: &Extent) -> anyhow::Result<[Outco
 /// A change, with the flash as it is before it and the accounts before and after it.
 struct Change<'a> {
     bench: Bench<'a>,
-    keeper: Keeper,
+    key_holder: KeyHolder,
     act: Act,
     before: Account,
     after: Account,
@@ -75,9 +75,9 @@ struct Change<'a> {
 fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Change<'_>>> {
     let mut series = Series::begin(parts, seed)?;
     let mut random = Random(seed as u32 | 1);
-    let board = series.keeper.board;
+    let board = series.key_holder.board;
     let mut upload = || Act::Upload(Box::new(random.set(board)));
-    series.go_on(Act::Provision(series.keeper.key.clone()))?;
+    series.go_on(Act::Provision(series.key_holder.key.clone()))?;
     for _ in 0..uploads {
         series.go_on(upload())?;
     }
@@ -97,7 +97,7 @@ fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Chang
 /// Changes of one board.
 struct Series<'a> {
     bench: Bench<'a>,
-    keeper: Keeper,
+    key_holder: KeyHolder,
     account: Account,
     changes: Vec<Change<'a>>,
 }
@@ -106,12 +106,12 @@ impl<'a> Series<'a> {
     fn begin(parts: &'a Parts, seed: u64) -> anyhow::Result<Self> {
         let bench = Bench::new(parts, "power-cut", seed)?;
         let mut board = bench.on(&[])?;
-        let keeper = Keeper::of(&mut board.line)?;
+        let key_holder = KeyHolder::of(&mut board.line)?;
         let account = Account::read(&mut board.line)?;
         drop(board);
         Ok(Self {
             bench,
-            keeper,
+            key_holder,
             account,
             changes: Vec::new(),
         })
@@ -119,12 +119,12 @@ impl<'a> Series<'a> {
 
     fn go_on(&mut self, act: Act) -> anyhow::Result<()> {
         let name = format!("power-cut-{:02}", self.changes.len());
-        let (bench, keeper) = (self.bench.copy(&name)?, self.keeper.clone());
+        let (bench, key_holder) = (self.bench.copy(&name)?, self.key_holder.clone());
         let before = self.account.clone();
         self.pass(&act)?;
         self.changes.push(Change {
             bench,
-            keeper,
+            key_holder,
             act,
             before,
             after: self.account.clone(),
@@ -135,7 +135,7 @@ impl<'a> Series<'a> {
     /// A change that is carried out, and in which the power is not cut.
     fn pass(&mut self, act: &Act) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
-        self.keeper.carry_out(&mut board.line, act)?;
+        self.key_holder.carry_out(&mut board.line, act)?;
         self.account = Account::read(&mut board.line)?;
         Ok(())
     }
@@ -194,10 +194,10 @@ impl<'a> Sweep<'a> {
     /// Carries out the change until the power goes at a flash operation; false if it does not.
     fn cut(&mut self, operation: u64, form: &str) -> anyhow::Result<bool> {
         let Change { bench, act, .. } = self.change;
-        let mut keeper = self.change.keeper.clone();
+        let mut key_holder = self.change.key_holder.clone();
         let done = bench
             .on(&[cut(operation, form)])
-            .and_then(|mut board| keeper.carry_out(&mut board.line, act));
+            .and_then(|mut board| key_holder.carry_out(&mut board.line, act));
         match done {
             Ok(()) => Ok(false),
             Err(error) if is_gone(&error) => {

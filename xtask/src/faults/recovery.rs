@@ -8,7 +8,7 @@ use hexsense_core::wire::status::{ResetCause, Resets};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Board};
-use super::keeper::{Account, Act, Keeper};
+use super::key_holder::{Account, Act, KeyHolder};
 use super::outcome::Outcome;
 use crate::build::Parts;
 use crate::trial_set::Random;
@@ -16,7 +16,7 @@ use crate::trial_set::Random;
 /// Within this time of a reset the board samples with its coefficients.
 const LIMIT_S: f64 = 0.1;
 /// The watchdog bites within a second, and a board that hangs is fed once more at most.
-const LONGEST_HANG: Duration = Duration::from_millis(1_250);
+const MAX_HANG: Duration = Duration::from_millis(1_250);
 /// Exceptions by number: interrupts follow after 16 of the core's own.
 const SAMPLE_PATH: u32 = 16 + 11;
 const SAMPLING_TASK: u32 = 16 + 82;
@@ -105,11 +105,11 @@ pub fn resets(parts: &Parts, seed: u64, rounds: u64) -> anyhow::Result<Outcome> 
     let mut outcome = Outcome::new("recovery", 100.min(rounds * ways.len() as u64));
     let bench = Bench::new(parts, "recovery", seed)?;
     let mut board = bench.on(&[])?;
-    let mut keeper = Keeper::of(&mut board.line)?;
+    let mut key_holder = KeyHolder::of(&mut board.line)?;
     let mut random = Random(seed as u32 | 1);
-    keeper.provision(&mut board.line)?;
-    let set = random.set(keeper.board);
-    keeper.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
+    key_holder.provision(&mut board.line)?;
+    let set = random.set(key_holder.board);
+    key_holder.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
     let account = Account::read(&mut board.line)?;
     drop(board);
     let mut slowest_s: f64 = 0.0;
@@ -135,7 +135,7 @@ fn reset(bench: &Bench, way: &Way, at_s: f64, account: &Account) -> anyhow::Resu
     board.line.stream_everything()?;
     board
         .line
-        .run_until(Duration::from_secs_f64(at_s) + LONGEST_HANG)?;
+        .run_until(Duration::from_secs_f64(at_s) + MAX_HANG)?;
     let took_s = first_block_s(bench, &mut board)?;
     anyhow::ensure!(
         took_s <= LIMIT_S,

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::bench::Bench;
 use super::gaps::Gaps;
-use super::keeper::{Act, Keeper};
+use super::key_holder::{Act, KeyHolder};
 use super::line::Line;
 use super::outcome::Outcome;
 use crate::build::Parts;
@@ -27,7 +27,7 @@ const SILENCE: Duration = Duration::from_millis(20);
 /// Within this time a board that was reset samples with its coefficients, ms.
 const STARTED_MS: u64 = 100;
 /// The watchdog bites within a second.
-const LONGEST_HANG: Duration = Duration::from_millis(1_300);
+const MAX_HANG: Duration = Duration::from_millis(1_300);
 /// An upload in so many looks.
 const UPLOAD_EVERY: u64 = 40;
 
@@ -38,7 +38,7 @@ pub fn soak(parts: &Parts, seed: u64, virtual_s: u64) -> anyhow::Result<Outcome>
     let faults = timeline(&mut random, virtual_s as f64);
     let mut board = bench.on(&faults)?;
     let mut soak = Soak {
-        keeper: Keeper::of(&mut board.line)?,
+        key_holder: KeyHolder::of(&mut board.line)?,
         random,
         outcome: Outcome::new("recovery", 0),
         gaps: Gaps::default(),
@@ -49,7 +49,7 @@ pub fn soak(parts: &Parts, seed: u64, virtual_s: u64) -> anyhow::Result<Outcome>
         scans: 0,
         announced: 0,
     };
-    soak.keeper.provision(&mut board.line)?;
+    soak.key_holder.provision(&mut board.line)?;
     soak.begin(&mut board.line)?;
     let end = Duration::from_secs(virtual_s);
     let mut look = 0;
@@ -110,7 +110,7 @@ fn any(random: &mut Random) -> Value {
 }
 
 struct Soak {
-    keeper: Keeper,
+    key_holder: KeyHolder,
     random: Random,
     outcome: Outcome,
     /// Of the board's present life.
@@ -150,9 +150,9 @@ impl Soak {
             self.gaps.follow(line);
         }
         if look.is_multiple_of(UPLOAD_EVERY) {
-            let set = self.random.set(self.keeper.board);
+            let set = self.random.set(self.key_holder.board);
             // A fault may hit it; whether the board keeps its word about sets is another promise.
-            let _ = self.keeper.carry_out(line, &Act::Upload(Box::new(set)));
+            let _ = self.key_holder.carry_out(line, &Act::Upload(Box::new(set)));
         }
         self.compare(line)
     }
@@ -182,7 +182,7 @@ impl Soak {
 
     /// The stream has stopped: either it goes on by itself, or the board was reset and says so.
     fn find_out(&mut self, line: &mut Line) -> anyhow::Result<()> {
-        let until = line.now() + LONGEST_HANG;
+        let until = line.now() + MAX_HANG;
         while line.now() < until {
             let status = ask(line)?;
             match status {

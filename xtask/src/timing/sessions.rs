@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
+use hexsense_client::Client;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::{Drive, increment};
+use hexsense_core::records::MAX_ENCODED;
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::MAX_ENCODED;
 use hexsense_core::wire::change::Key;
-use hexsense_core::wire::{HarmonicState, StreamContent};
-use hexsense_probe::link::Client;
+use hexsense_core::wire::{AnalyserState, StreamContent};
 
 use crate::counting::{CountingBoard, Counts};
 use crate::trial_set::Random;
@@ -19,10 +19,10 @@ const BLOCKS_OF_A_DRIVE: u64 = 250;
 /// Blocks that an analyser settles, and blocks that it sums; for the rest of a drive it is complete.
 const BLOCKS_OF_A_STATE: u32 = 100;
 /// Blocks of a drive after which the analyser must be in each state.
-const STATES: [(u64, HarmonicState); 3] = [
-    (50, HarmonicState::Settling),
-    (150, HarmonicState::Summing),
-    (240, HarmonicState::Complete),
+const STATES: [(u64, AnalyserState); 3] = [
+    (50, AnalyserState::Settling),
+    (150, AnalyserState::Summing),
+    (240, AnalyserState::Complete),
 ];
 /// Drives between one set of coefficients and the next.
 const DRIVES_OF_A_SET: u64 = 10;
@@ -123,7 +123,7 @@ impl Sessions {
             client.block(PATIENCE)?;
         }
         for channel in 0..CHANNELS as u8 {
-            client.fit(0, channel)?;
+            client.harmonics(0, channel)?;
         }
         self.leave(client)
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 use crate::files::FileError;
 
 /// Longest line of a table, bytes; six numbers and what stands beside them are far shorter.
-const LONGEST_LINE: u64 = 65_536;
+const MAX_LINE: u64 = 65_536;
 
 /// Where in a row the six columns are that are wanted.
 pub struct Columns {
@@ -143,14 +143,12 @@ impl Lines {
         let mut bytes = Vec::new();
         self.line += 1;
         match (&mut self.reader)
-            .take(LONGEST_LINE)
+            .take(MAX_LINE)
             .read_until(b'\n', &mut bytes)
         {
             Ok(0) => self.open = false,
-            Ok(count) if count as u64 == LONGEST_LINE => {
-                return Err(format!(
-                    "longer than {LONGEST_LINE} bytes; this is no table"
-                ));
+            Ok(count) if count as u64 == MAX_LINE => {
+                return Err(format!("longer than {MAX_LINE} bytes; this is no table"));
             }
             Ok(_) => {}
             Err(reason) => return Err(format!("cannot be read: {reason}")),

@@ -21,7 +21,7 @@ const RNG: usize = IWDG + 1;
 const SYSTICK: usize = RNG + 1;
 const STALL: usize = SYSTICK + 1;
 /// A channel that does not satisfy the request that it answers would be served for ever; this is where it ends.
-const MOST_TRANSFERS: u32 = 64;
+const MAX_TRANSFERS: u32 = 64;
 /// Number of peripherals with deadlines.
 pub const SOURCES: usize = STALL + 1;
 
@@ -201,7 +201,7 @@ impl Bus {
     pub(super) fn settle(&mut self) {
         let mut index = 0;
         let mut moved = 0;
-        while index < self.listening.len() && moved < MOST_TRANSFERS {
+        while index < self.listening.len() && moved < MAX_TRANSFERS {
             let (controller, channel, number) = self.listening[index];
             if self.requested(number) && self.dma[controller].ready(channel) {
                 self.transfer(controller, channel);

@@ -2,8 +2,8 @@
 
 use hexsense_core::channel::Triad;
 use hexsense_core::harmonics::Drive;
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::{Refusal, Request, StreamContent};
 
 /// Whether a refusal says what is wrong.
@@ -47,13 +47,13 @@ pub fn requests() -> Vec<(Request, Right)> {
     }
     for analyser in [3, u8::MAX] {
         let channel = 0;
-        requests.push((Request::Harmonics { analyser, channel }, |refusal| {
+        requests.push((Request::Sums { analyser, channel }, |refusal| {
             matches!(refusal, Refusal::Analyser { .. })
         }));
     }
     for channel in [15, u8::MAX] {
         let analyser = 0;
-        requests.push((Request::Harmonics { analyser, channel }, |refusal| {
+        requests.push((Request::Sums { analyser, channel }, |refusal| {
             matches!(refusal, Refusal::Channel { .. })
         }));
     }

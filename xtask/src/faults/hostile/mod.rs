@@ -11,14 +11,14 @@ mod impossible;
 use std::time::Duration;
 
 use anyhow::ensure;
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED};
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change;
 use hexsense_core::wire::message::encode_request;
 use hexsense_core::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
 use super::bench::Bench;
-use super::keeper::{Account, Act, Keeper, pieces};
+use super::key_holder::{Account, Act, KeyHolder, pieces};
 use super::line::Line;
 use super::outcome::Outcome;
 use crate::build::Parts;
@@ -36,16 +36,16 @@ pub fn attack(parts: &Parts, seed: u64, flood_s: u64) -> anyhow::Result<Outcome>
     let bench = Bench::new(parts, "hostile", seed)?;
     let mut board = bench.on(&[])?;
     let line = &mut board.line;
-    let mut keeper = Keeper::of(line)?;
+    let mut key_holder = KeyHolder::of(line)?;
     let mut random = Random(seed as u32 | 1);
-    keeper.provision(line)?;
-    let set = random.set(keeper.board);
-    keeper.carry_out(line, &Act::Upload(Box::new(set.clone())))?;
+    key_holder.provision(line)?;
+    let set = random.set(key_holder.board);
+    key_holder.carry_out(line, &Act::Upload(Box::new(set.clone())))?;
     line.order(&Request::Rate(4_000))?;
     let mut attack = Attack {
         scans_lost: line.status()?.scans_lost,
         account: Account::read(line)?,
-        keeper,
+        key_holder,
         random,
         outcome: Outcome::new("hostile", 100),
     };
@@ -82,7 +82,7 @@ enum Flood {
 }
 
 struct Attack {
-    keeper: Keeper,
+    key_holder: KeyHolder,
     random: Random,
     /// What the board keeps, and must go on to.
     account: Account,
@@ -107,7 +107,7 @@ impl Attack {
         for length in [0, MAX_ENCODED as u16 + 1, u16::MAX] {
             let digest = [0; 32];
             let request = self
-                .keeper
+                .key_holder
                 .tagged(line, change::Act::Upload { length, digest })?;
             self.outcome.refused(line, &request, |refusal| {
                 matches!(refusal, Refusal::Length { .. })
@@ -115,7 +115,7 @@ impl Attack {
         }
         let out_of_order = |refusal| matches!(refusal, Refusal::OutOfOrder { .. });
         let all: Vec<Request> = pieces(&encoded).collect();
-        self.keeper.begin(line, &encoded)?;
+        self.key_holder.begin(line, &encoded)?;
         self.outcome.refused(line, &all[1], out_of_order)?;
         line.order(&all[0])?;
         self.outcome.refused(line, &all[0], out_of_order)?;
@@ -141,7 +141,7 @@ impl Attack {
 
     /// Uploads bytes whose commit must be refused.
     fn whole(&mut self, line: &mut Line, encoded: &[u8], right: Right) -> anyhow::Result<()> {
-        self.keeper.begin(line, encoded)?;
+        self.key_holder.begin(line, encoded)?;
         for piece in pieces(encoded) {
             line.order(&piece)?;
         }

@@ -7,11 +7,11 @@
 //! The begin of an upload may be asked again when its answer is lost. Any other change must not be made twice: it is
 //! asked once, and without an answer the board's log tells whether it was made.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hexsense_core::authority;
-use hexsense_core::store::SetId;
-use hexsense_core::store::log::{Entry, Reason};
+use hexsense_core::records::SetId;
+use hexsense_core::records::log::{Entry, Reason};
 use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use hexsense_core::wire::{Refusal, Request, Response};
@@ -19,10 +19,16 @@ use hexsense_core::wire::{Refusal, Request, Response};
 use super::LinkError;
 use super::client::Client;
 use super::conversation::{ATTEMPTS, answer_error};
-use crate::date;
 
 /// How long a change may take on the board: with all erasures of a factory reset a quarter of a second.
 pub(super) const CHANGE: Duration = Duration::from_millis(2_000);
+
+/// The host's clock, seconds since 1970-01-01 UTC.
+#[must_use]
+pub fn unix_now() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.map_or(0, |now| now.as_secs())
+}
 
 /// Why a change was not made, or is not known to be.
 #[derive(Debug, thiserror::Error)]
@@ -139,7 +145,7 @@ impl Client {
 
     /// Begins an upload; asked again, with a new challenge, when no answer comes.
     pub(super) fn begin_upload(&mut self, key: &Key, act: Act) -> Result<(), LinkError> {
-        let unix_s = date::now();
+        let unix_s = unix_now();
         let change = Change { unix_s, act };
         let start = self.now();
         let mut request = Request::Challenge;
@@ -156,7 +162,7 @@ impl Client {
 
     /// Has a change made, once; `None` when its answer was lost and the log shows it.
     fn change(&mut self, key: &Key, act: Act) -> Result<Option<Response>, ChangeError> {
-        let unix_s = date::now();
+        let unix_s = unix_now();
         let reason = reason(&act);
         let change = Change { unix_s, act };
         let (last, _) = self.log_page(u32::MAX).map_err(ChangeError::before)?;

@@ -1,7 +1,7 @@
 //! The archive while the power lasts.
 
 use embassy_futures::block_on;
-use hexsense_core::store::{Archive, ArchiveError, CoefficientSet, RecordError};
+use hexsense_core::records::{Archive, ArchiveError, CoefficientSet, RecordError};
 
 use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{encoded, numbered, uploaded};

@@ -1,6 +1,6 @@
 //! The power goes in every operation of an append: the old set or the new one is active afterwards, whole.
 
-use hexsense_core::store::{CoefficientSet, Stored};
+use hexsense_core::records::{CoefficientSet, Stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,12 +1,12 @@
-//! A keeper on a flash memory whose power can be cut while it works, and the host that asks it.
+//! A storage on a flash memory whose power can be cut while it works, and the host that asks it.
 
 use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use hexsense_core::authority::tag;
-use hexsense_core::keeper::{Command, Keeper};
-use hexsense_core::store::{CoefficientSet, Entry, SetId};
+use hexsense_core::records::{CoefficientSet, Entry, SetId};
+use hexsense_core::storage::{Command, Storage};
 use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
 use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
@@ -24,7 +24,7 @@ pub const OTHER_KEY: Key = Key(*b"the key of another, also 32 byte");
 /// Keys that hosts have.
 pub const KEYS: [Key; 2] = [KEY, OTHER_KEY];
 
-/// Flash that the keeper owns and that can be looked at beside it.
+/// Flash that the storage owns and that can be looked at beside it.
 #[derive(Clone, Copy)]
 pub struct Shared<'f>(pub &'f RefCell<Nor>);
 
@@ -61,29 +61,29 @@ impl NorFlash for Shared<'_> {
 }
 
 /// A board as a host sees it.
-pub struct Custody<F: NorFlash> {
+pub struct KeyHolder<F: NorFlash> {
     /// What answers.
-    pub keeper: Keeper<F>,
+    pub storage: Storage<F>,
     /// Time since the start, ms.
     pub now_ms: u64,
     /// How many challenges there were: the board draws random ones, which never come twice.
     pub(crate) challenges: u64,
 }
 
-impl<F: NorFlash> Custody<F> {
+impl<F: NorFlash> KeyHolder<F> {
     /// Starts a board with this flash, and says how the start went.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
-        let mut keeper = Keeper::new(flash, BOARD);
+        let mut storage = Storage::new(flash, BOARD);
         let started = block_on(async {
-            keeper.load().await?;
-            keeper.complete().await
+            storage.load().await?;
+            storage.complete().await
         });
-        let custody = Self {
-            keeper,
+        let key_holder = Self {
+            storage,
             now_ms: 0,
             challenges: 0,
         };
-        (custody, started)
+        (key_holder, started)
     }
 
     /// The answer to a command.
@@ -95,7 +95,7 @@ impl<F: NorFlash> Custody<F> {
             *challenge = random;
             true
         };
-        block_on(self.keeper.carry_out(command, self.now_ms, fill))
+        block_on(self.storage.carry_out(command, self.now_ms, fill))
     }
 
     /// A fresh challenge.
@@ -134,7 +134,7 @@ impl<F: NorFlash> Custody<F> {
     /// Identity of the active set.
     #[must_use]
     pub fn active(&self) -> Option<SetId> {
-        self.keeper.active().map(|active| active.set.id)
+        self.storage.active().map(|active| active.set.id)
     }
 
     /// The whole log.

@@ -1,22 +1,22 @@
-//! The link to the board, from the host's side.
+//! The client of the board's serial protocol.
 //!
 //! - [`transport`]: bytes through a serial port, a TCP socket, or a virtual board that runs in lockstep.
 //! - [`lockstep`]: the last of these.
 //! - [`client`]: what the board can be asked.
 //! - `conversation`: how answers find their questions, and what happens when one is lost.
 //! - [`change`]: what the board does only for whoever has its key.
-//! - [`reconnect`]: a board that went away, and comes back.
 //! - [`upload`]: a coefficient set on its way to the board and back.
 //!
 //! Three kinds of failure are three types: what the line did ([`transport::TransportError`]), what the board refused
 //! ([`hexsense_core::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
+
+#![forbid(unsafe_code)]
 
 pub mod change;
 pub mod client;
 mod conversation;
 pub mod lockstep;
 mod missing;
-pub mod reconnect;
 pub mod transport;
 pub mod upload;
 

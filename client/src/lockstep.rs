@@ -16,7 +16,7 @@ use super::transport::{STALL, Transport, TransportError, failure, is_wait};
 /// Longest slice of virtual time that is asked for at once.
 const SLICE: Duration = Duration::from_millis(100);
 /// Most bytes that are accepted in one answer.
-const LONGEST_ANSWER: u32 = 1 << 20;
+const MAX_ANSWER: u32 = 1 << 20;
 
 /// A virtual board whose time goes on only inside [`Transport::read`]; see docs/virtual-bench.md.
 pub struct Lockstep {
@@ -52,7 +52,7 @@ impl Lockstep {
         self.stream.read_exact(&mut now_us)?;
         self.stream.read_exact(&mut length)?;
         let length = u32::from_le_bytes(length);
-        if length > LONGEST_ANSWER {
+        if length > MAX_ANSWER {
             let problem = format!("an answer of {length} bytes is none");
             return Err(io::Error::new(ErrorKind::InvalidData, problem));
         }

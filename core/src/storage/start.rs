@@ -2,12 +2,12 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::{Keeper, refusal};
-use crate::store::Stored;
-use crate::store::log::{Entry, Reason};
+use super::{Storage, refusal};
+use crate::records::Stored;
+use crate::records::log::{Entry, Reason};
 use crate::wire::Refusal;
 
-impl<F: NorFlash> Keeper<F> {
+impl<F: NorFlash> Storage<F> {
     /// Reads what is there and puts the active set to use: one that was uploaded and not logged any more, or the one that
     /// the log names, or the newest when that cannot be read. [`Self::complete`] comes next.
     ///

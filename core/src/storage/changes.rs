@@ -2,14 +2,14 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::Keeper;
-use crate::store::key::StoredKey;
-use crate::store::log::{Entry, LogError, Reason};
-use crate::store::{SetId, Stored};
+use super::Storage;
+use crate::records::key::StoredKey;
+use crate::records::log::{Entry, LogError, Reason};
+use crate::records::{SetId, Stored};
 use crate::wire::change::{Act, Change, Key, Tag};
 use crate::wire::{Refusal, Response};
 
-impl<F: NorFlash> Keeper<F> {
+impl<F: NorFlash> Storage<F> {
     pub(super) async fn change(
         &mut self,
         change: &Change,

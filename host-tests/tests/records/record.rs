@@ -1,7 +1,7 @@
 //! A set is read whole, or refused with the reason.
 
 use hexsense_core::channel::Triad;
-use hexsense_core::store::{
+use hexsense_core::records::{
     BaseError, CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients,
 };
 use proptest::prelude::*;
@@ -293,7 +293,7 @@ fn a_base_with_home_on_its_stops_is_still_one_when_it_is_stored() {
                 Some(geometry.home_height_m()),
             )
             .unwrap();
-            let stored = hexsense_core::store::MotionBase::new(&on_stops).geometry();
+            let stored = hexsense_core::records::MotionBase::new(&on_stops).geometry();
             assert!(stored.is_ok(), "{preset}: {stored:?}");
         }
     }

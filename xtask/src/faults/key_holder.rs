@@ -1,9 +1,9 @@
-//! The keeper's side: changes of what the board keeps, and the account that it gives of them.
+//! The key holder's side: changes of what the board keeps, and the account that it gives of them.
 
 use anyhow::{bail, ensure};
 use hexsense_core::authority;
-use hexsense_core::store::log::Entry;
-use hexsense_core::store::{CoefficientSet, MAX_ENCODED, SetId};
+use hexsense_core::records::log::Entry;
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED, SetId};
 use hexsense_core::wire::change::{self, Change, Key};
 use hexsense_core::wire::message::{CHUNK, Chunk, Kept};
 use hexsense_core::wire::{Request, Response};
@@ -127,7 +127,7 @@ impl Act {
 
 /// Somebody with a key.
 #[derive(Clone)]
-pub struct Keeper {
+pub struct KeyHolder {
     /// The key.
     pub key: Key,
     /// Unique id of the board that changes are made for.
@@ -135,8 +135,8 @@ pub struct Keeper {
     changes: u64,
 }
 
-impl Keeper {
-    /// The keeper of this board, with a key of his.
+impl KeyHolder {
+    /// The key holder of this board, with a key of its own.
     pub fn of(line: &mut Line) -> anyhow::Result<Self> {
         Ok(Self {
             key: Key(*b"the key of the fault campaign's.."[..32]

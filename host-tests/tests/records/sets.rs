@@ -1,6 +1,6 @@
 //! Any coefficient set.
 
-use hexsense_core::store::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use host_tests::sets::base;
 use proptest::array::uniform32;
 use proptest::prelude::*;

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use hexsense_core::harmonics::ChannelSums;
 use hexsense_core::live_motion::Motion;
+use hexsense_core::records::MAX_ENCODED;
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::store::MAX_ENCODED;
-use hexsense_core::wire::message::{ActiveSet, Fit};
+use hexsense_core::wire::message::{ActiveSet, ChannelHarmonics};
 use hexsense_core::wire::telemetry::Block;
 use hexsense_core::wire::{
-    Drive, HarmonicState, Identity, PoseRefusal, PoseReport, Request, Response, Status,
+    AnalyserState, Drive, Identity, PoseRefusal, PoseReport, Request, Response, Status,
     StreamContent,
 };
 
@@ -24,9 +24,9 @@ pub struct Client {
 
 /// Harmonic sums of one channel with what they belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HarmonicReport {
+pub struct SumsReport {
     /// How far the sums are.
-    pub state: HarmonicState,
+    pub state: AnalyserState,
     /// What is being estimated.
     pub drive: Drive,
     /// Scan counter of the first scan in the sums.
@@ -37,17 +37,17 @@ pub struct HarmonicReport {
 
 /// Harmonics of one channel with what they belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitReport {
+pub struct HarmonicsReport {
     /// What was estimated.
     pub drive: Drive,
     /// Scan counter of the first scan in the sums.
     pub first_scan: u64,
     /// What the board found.
-    pub fit: Fit,
+    pub harmonics: ChannelHarmonics,
 }
 
 /// How long the board may work on a fit: two million blocks take it some ten seconds.
-const LONGEST_FIT: Duration = Duration::from_secs(60);
+const MAX_SOLVE: Duration = Duration::from_secs(60);
 
 impl Client {
     /// Opens `port` and makes sure that a board of our version is behind it; it does not stream afterwards.
@@ -194,15 +194,15 @@ impl Client {
     ///
     /// # Errors
     /// [`LinkError`].
-    pub fn harmonics(&mut self, analyser: u8, channel: u8) -> Result<HarmonicReport, LinkError> {
-        let request = Request::Harmonics { analyser, channel };
+    pub fn sums(&mut self, analyser: u8, channel: u8) -> Result<SumsReport, LinkError> {
+        let request = Request::Sums { analyser, channel };
         match self.conversation.ask(&request)? {
-            Response::Harmonics {
+            Response::Sums {
                 state,
                 drive,
                 first_scan,
                 sums,
-            } => Ok(HarmonicReport {
+            } => Ok(SumsReport {
                 state,
                 drive,
                 first_scan,
@@ -216,17 +216,17 @@ impl Client {
     ///
     /// # Errors
     /// [`LinkError`].
-    pub fn fit(&mut self, analyser: u8, channel: u8) -> Result<FitReport, LinkError> {
-        let request = Request::Fit { analyser, channel };
-        match self.conversation.ask_patiently(&request, LONGEST_FIT)? {
-            Response::Fit {
+    pub fn harmonics(&mut self, analyser: u8, channel: u8) -> Result<HarmonicsReport, LinkError> {
+        let request = Request::Harmonics { analyser, channel };
+        match self.conversation.ask_patiently(&request, MAX_SOLVE)? {
+            Response::Harmonics {
                 drive,
                 first_scan,
-                fit,
-            } => Ok(FitReport {
+                harmonics,
+            } => Ok(HarmonicsReport {
                 drive,
                 first_scan,
-                fit,
+                harmonics,
             }),
             _ => Err(answer_error(&request)),
         }
@@ -238,7 +238,7 @@ impl Client {
     /// [`LinkError`].
     pub fn motion(&mut self, analyser: u8) -> Result<Result<Motion, PoseRefusal>, LinkError> {
         let request = Request::Motion { analyser };
-        match self.conversation.ask_patiently(&request, LONGEST_FIT)? {
+        match self.conversation.ask_patiently(&request, MAX_SOLVE)? {
             Response::Motion { motion, .. } => Ok(motion),
             _ => Err(answer_error(&request)),
         }

@@ -7,7 +7,7 @@
 //! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
 //! twice: when its answer is lost, the board is asked which set is active instead.
 
-use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Request, Response};

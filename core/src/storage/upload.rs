@@ -4,9 +4,9 @@
 use embedded_storage_async::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
 
-use super::{ARCHIVE, Keeper, UPLOAD_MS, refusal};
-use crate::store::log::Reason;
-use crate::store::{Archive, CoefficientSet, MAX_ENCODED};
+use super::{ARCHIVE, Storage, UPLOAD_MS, refusal};
+use crate::records::log::Reason;
+use crate::records::{Archive, CoefficientSet, MAX_ENCODED};
 use crate::wire::{Refusal, Response};
 
 type Encoded = heapless::Vec<u8, MAX_ENCODED>;
@@ -40,7 +40,7 @@ impl Upload {
     }
 }
 
-impl<F: NorFlash> Keeper<F> {
+impl<F: NorFlash> Storage<F> {
     pub(super) fn begin(
         &mut self,
         length: u16,

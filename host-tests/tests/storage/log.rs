@@ -1,7 +1,7 @@
 //! The log by itself: its end is found again, it fills up and then says so, and spoilt places cost nothing.
 
 use embassy_futures::block_on;
-use hexsense_core::store::log::{ENTRY, End, Log, LogError};
+use hexsense_core::records::log::{ENTRY, End, Log, LogError};
 use host_tests::nor_flash::{Nor, Torn};
 use host_tests::sets::uploaded;
 

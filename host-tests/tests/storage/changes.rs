@@ -4,36 +4,36 @@ use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
-use hexsense_core::keeper::{ARCHIVE, Command, KEY as KEY_PAGES, Keeper, LOG};
-use hexsense_core::store::log::{Log, Reason};
-use hexsense_core::store::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
+use hexsense_core::records::log::{Log, Reason};
+use hexsense_core::records::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
+use hexsense_core::storage::{ARCHIVE, Command, KEY as KEY_PAGES, LOG, Storage};
 use hexsense_core::wire::change::Act;
 use hexsense_core::wire::message::Chunk;
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
-use hostile::custody::Shared;
+use hostile::key_holder::Shared;
 
-use crate::custody::{Custody, KEY, PAGES, acts, id, upload_of};
+use crate::key_holder::{KEY, KeyHolder, PAGES, acts, id, upload_of};
 
 #[test]
 fn an_upload_becomes_active_and_stays_so_over_a_start() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 0);
-    assert_eq!(custody.active(), None);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
+    assert_eq!(key_holder.active(), None);
     for number in 1..=20 {
         assert!(
-            matches!(custody.upload(number), Ok(Response::Committed(active)) if active.id == id(number))
+            matches!(key_holder.upload(number), Ok(Response::Committed(active)) if active.id == id(number))
         );
-        assert_eq!(custody.active(), Some(numbered(number)));
+        assert_eq!(key_holder.active(), Some(numbered(number)));
     }
-    let (log, history) = (custody.log(), custody.history());
-    drop(custody);
+    let (log, history) = (key_holder.log(), key_holder.history());
+    drop(key_holder);
     let operations = nor.operations;
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(custody.active(), Some(numbered(20)));
-    assert_eq!((custody.log(), custody.history()), (log, history));
-    drop(custody);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.active(), Some(numbered(20)));
+    assert_eq!((key_holder.log(), key_holder.history()), (log, history));
+    drop(key_holder);
     assert_eq!(
         nor.operations, operations,
         "a start after a proper change writes nothing"
@@ -43,44 +43,44 @@ fn an_upload_becomes_active_and_stays_so_over_a_start() {
 #[test]
 fn the_last_eight_sets_are_kept_and_any_of_them_can_become_active_again() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 12);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 12);
     let kept: Vec<_> = (5..=12).rev().map(id).collect();
-    assert_eq!(custody.history(), kept);
+    assert_eq!(key_holder.history(), kept);
     for number in [5, 9, 12, 6] {
         assert!(
-            matches!(custody.roll_back(number), Ok(Response::Committed(active)) if active.id == id(number))
+            matches!(key_holder.roll_back(number), Ok(Response::Committed(active)) if active.id == id(number))
         );
-        assert_eq!(custody.active(), Some(numbered(number)));
-        assert_eq!(custody.history(), kept);
+        assert_eq!(key_holder.active(), Some(numbered(number)));
+        assert_eq!(key_holder.history(), kept);
     }
-    assert_eq!(custody.roll_back(6), Err(Refusal::AlreadyActive));
-    assert_eq!(custody.roll_back(1), Err(Refusal::NoSuchSet));
+    assert_eq!(key_holder.roll_back(6), Err(Refusal::AlreadyActive));
+    assert_eq!(key_holder.roll_back(1), Err(Refusal::NoSuchSet));
 }
 
 #[test]
 fn a_factory_reset_erases_the_sets_and_keeps_key_and_log() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 10);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 10);
     assert_eq!(
-        custody.change(&KEY, Act::FactoryReset),
+        key_holder.change(&KEY, Act::FactoryReset),
         Ok(Response::Erased { sets: 8 })
     );
-    assert_eq!((custody.active(), custody.history()), (None, vec![]));
-    drop(custody);
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!((custody.active(), custody.history()), (None, vec![]));
-    assert_eq!(custody.log().len(), 12);
-    custody.upload(11).unwrap();
-    assert_eq!(custody.history(), [id(11)]);
+    assert_eq!((key_holder.active(), key_holder.history()), (None, vec![]));
+    drop(key_holder);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!((key_holder.active(), key_holder.history()), (None, vec![]));
+    assert_eq!(key_holder.log().len(), 12);
+    key_holder.upload(11).unwrap();
+    assert_eq!(key_holder.history(), [id(11)]);
 }
 
 #[test]
 fn every_change_leaves_an_entry_that_says_what_came_in_place_of_what() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
-    custody.roll_back(1).unwrap();
-    custody.change(&KEY, Act::FactoryReset).unwrap();
-    let log = custody.log();
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    key_holder.roll_back(1).unwrap();
+    key_holder.change(&KEY, Act::FactoryReset).unwrap();
+    let log = key_holder.log();
     let told: Vec<_> = log
         .iter()
         .map(|entry| (entry.counter, entry.reason, entry.id, entry.previous))
@@ -99,17 +99,17 @@ fn every_change_leaves_an_entry_that_says_what_came_in_place_of_what() {
 #[test]
 fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_used() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 0);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
     let foreign = CoefficientSet {
         board: [8; 12],
         ..numbered(1)
     };
     let bytes = encoded(&foreign);
-    custody.change(&KEY, upload_of(&bytes)).unwrap();
-    assert_eq!(custody.send(&bytes), Err(Refusal::OtherBoard));
-    custody.upload(1).unwrap();
-    drop(custody);
-    let mut elsewhere = Keeper::new(&mut nor, [8; 12]);
+    key_holder.change(&KEY, upload_of(&bytes)).unwrap();
+    assert_eq!(key_holder.send(&bytes), Err(Refusal::OtherBoard));
+    key_holder.upload(1).unwrap();
+    drop(key_holder);
+    let mut elsewhere = Storage::new(&mut nor, [8; 12]);
     block_on(elsewhere.load()).unwrap();
     assert!(elsewhere.active().is_none());
 }
@@ -117,23 +117,23 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
 #[test]
 fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 0);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
     let bytes = encoded(&numbered(1));
     let Act::Upload { digest, .. } = upload_of(&bytes) else {
         unreachable!()
     };
     for length in [0, MAX_ENCODED as u16 + 1, u16::MAX] {
-        let refused = custody.change(&KEY, Act::Upload { length, digest });
+        let refused = key_holder.change(&KEY, Act::Upload { length, digest });
         let limit = MAX_ENCODED as u16;
         assert_eq!(refused, Err(Refusal::Length { length, limit }));
     }
     let piece = Chunk::from_slice(&bytes[..100]).unwrap();
     assert_eq!(
-        custody.ask(Command::Chunk(0, piece.clone())),
+        key_holder.ask(Command::Chunk(0, piece.clone())),
         Err(Refusal::NoUpload)
     );
-    assert_eq!(custody.ask(Command::Commit), Err(Refusal::NoUpload));
-    custody
+    assert_eq!(key_holder.ask(Command::Commit), Err(Refusal::NoUpload));
+    key_holder
         .change(
             &KEY,
             Act::Upload {
@@ -143,31 +143,31 @@ fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
         )
         .unwrap();
     assert_eq!(
-        custody.ask(Command::Chunk(1, piece.clone())),
+        key_holder.ask(Command::Chunk(1, piece.clone())),
         Err(Refusal::OutOfOrder { expected: 0 })
     );
-    custody.ask(Command::Chunk(0, piece.clone())).unwrap();
+    key_holder.ask(Command::Chunk(0, piece.clone())).unwrap();
     assert_eq!(
-        custody.ask(Command::Chunk(100, piece)),
+        key_holder.ask(Command::Chunk(100, piece)),
         Err(Refusal::OutOfOrder { expected: 100 })
     );
     assert_eq!(
-        custody.ask(Command::Commit),
+        key_holder.ask(Command::Commit),
         Err(Refusal::OutOfOrder { expected: 100 })
     );
-    assert_eq!(custody.active(), None);
+    assert_eq!(key_holder.active(), None);
 }
 
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 0);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut set = numbered(1);
         set.triads[1].matrix[2][0] = value;
         let bytes = encoded(&set);
-        custody.change(&KEY, upload_of(&bytes)).unwrap();
-        let refused = custody.send(&bytes);
+        key_holder.change(&KEY, upload_of(&bytes)).unwrap();
+        let refused = key_holder.send(&bytes);
         assert!(
             matches!(refused, Err(Refusal::Record(RecordError::NotFinite { .. }))),
             "{refused:?}"
@@ -178,17 +178,20 @@ fn numbers_that_are_not_finite_are_refused() {
 #[test]
 fn an_upload_that_was_aborted_or_overtaken_is_forgotten() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 1);
-    custody
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
+    key_holder
         .change(&KEY, upload_of(&encoded(&numbered(2))))
         .unwrap();
-    custody.ask(Command::Abort).unwrap();
-    assert_eq!(custody.send(&encoded(&numbered(2))), Err(Refusal::NoUpload));
-    custody
+    key_holder.ask(Command::Abort).unwrap();
+    assert_eq!(
+        key_holder.send(&encoded(&numbered(2))),
+        Err(Refusal::NoUpload)
+    );
+    key_holder
         .change(&KEY, upload_of(&encoded(&numbered(2))))
         .unwrap();
-    custody.upload(3).unwrap();
-    assert_eq!(custody.active(), Some(numbered(3)));
+    key_holder.upload(3).unwrap();
+    assert_eq!(key_holder.active(), Some(numbered(3)));
 }
 
 /// Programs a word of the active set to zero, as a worn cell or a stray write might.
@@ -205,37 +208,40 @@ fn spoil(nor: &mut Nor, number: u32) {
 #[test]
 fn an_active_set_that_cannot_be_read_any_more_gives_way_to_the_newest_and_that_is_logged() {
     let mut nor = Nor::new(PAGES);
-    drop(Custody::with_sets(&mut nor, 3));
+    drop(KeyHolder::with_sets(&mut nor, 3));
     spoil(&mut nor, 3);
     for _ in 0..2 {
-        let mut custody = Custody::start(&mut nor);
-        assert_eq!(custody.active(), Some(numbered(2)));
-        let log = custody.log();
+        let mut key_holder = KeyHolder::start(&mut nor);
+        assert_eq!(key_holder.active(), Some(numbered(2)));
+        let log = key_holder.log();
         let told = log
             .iter()
             .map(|entry| (entry.reason, entry.id, entry.previous));
         let fallback = (Reason::Fallback, Some(id(2)), Some(id(3)));
         assert!(told.skip(4).eq([fallback]), "{log:?}");
     }
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(custody.roll_back(3), Err(Refusal::NoSuchSet));
-    custody.upload(4).unwrap();
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.roll_back(3), Err(Refusal::NoSuchSet));
+    key_holder.upload(4).unwrap();
 }
 
 #[test]
 fn worn_out_flash_is_told_and_the_old_set_stays() {
     let mut nor = Nor::new(PAGES);
-    drop(Custody::with_sets(&mut nor, 1));
+    drop(KeyHolder::with_sets(&mut nor, 1));
     nor.worn_out = nor.range();
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(custody.upload(2), Err(Refusal::Flash));
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.upload(2), Err(Refusal::Flash));
     assert_eq!(
-        custody.change(&KEY, Act::Provision(KEY)),
+        key_holder.change(&KEY, Act::Provision(KEY)),
         Err(Refusal::Flash)
     );
-    assert_eq!(custody.change(&KEY, Act::FactoryReset), Err(Refusal::Flash));
     assert_eq!(
-        (custody.active(), custody.log().len()),
+        key_holder.change(&KEY, Act::FactoryReset),
+        Err(Refusal::Flash)
+    );
+    assert_eq!(
+        (key_holder.active(), key_holder.log().len()),
         (Some(numbered(1)), 2)
     );
 }
@@ -243,43 +249,46 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
 #[test]
 fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_before_it_is_there() {
     let mut nor = Nor::new(PAGES);
-    drop(Custody::with_sets(&mut nor, 1));
+    drop(KeyHolder::with_sets(&mut nor, 1));
     nor.worn_out = LOG;
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(custody.upload(2), Err(Refusal::Log));
-    let made = |custody: &mut Custody| (custody.active(), custody.log().len());
-    assert_eq!(made(&mut custody), (Some(numbered(2)), 2));
-    assert_eq!(custody.upload(3), Err(Refusal::EarlierLog));
-    assert_eq!(custody.roll_back(1), Err(Refusal::EarlierLog));
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.upload(2), Err(Refusal::Log));
+    let made = |key_holder: &mut KeyHolder| (key_holder.active(), key_holder.log().len());
+    assert_eq!(made(&mut key_holder), (Some(numbered(2)), 2));
+    assert_eq!(key_holder.upload(3), Err(Refusal::EarlierLog));
+    assert_eq!(key_holder.roll_back(1), Err(Refusal::EarlierLog));
     assert_eq!(
-        custody.change(&KEY, Act::FactoryReset),
+        key_holder.change(&KEY, Act::FactoryReset),
         Err(Refusal::EarlierLog)
     );
-    assert_eq!(made(&mut custody), (Some(numbered(2)), 2));
-    drop(custody);
-    let (_, started) = Custody::try_start(&mut nor);
+    assert_eq!(made(&mut key_holder), (Some(numbered(2)), 2));
+    drop(key_holder);
+    let (_, started) = KeyHolder::try_start(&mut nor);
     assert_eq!(started, Err(Refusal::Log));
     nor.worn_out = 0..0;
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(made(&mut custody), (Some(numbered(2)), 3));
-    custody.upload(3).unwrap();
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(made(&mut key_holder), (Some(numbered(2)), 3));
+    key_holder.upload(3).unwrap();
 }
 
 #[test]
 fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() {
     let mut nor = Nor::new(PAGES);
-    drop(Custody::with_sets(&mut nor, 2));
+    drop(KeyHolder::with_sets(&mut nor, 2));
     nor.worn_out = ARCHIVE..KEY_PAGES;
-    let mut custody = Custody::start(&mut nor);
-    let reset = custody.change(&KEY, Act::FactoryReset);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    let reset = key_holder.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
-    assert_eq!((custody.active(), custody.history()), (None, vec![]));
-    drop(custody);
-    let (mut custody, started) = Custody::try_start(&mut nor);
-    assert_eq!((started, custody.active()), (Err(Refusal::Erasure), None));
-    drop(custody);
+    assert_eq!((key_holder.active(), key_holder.history()), (None, vec![]));
+    drop(key_holder);
+    let (mut key_holder, started) = KeyHolder::try_start(&mut nor);
+    assert_eq!(
+        (started, key_holder.active()),
+        (Err(Refusal::Erasure), None)
+    );
+    drop(key_holder);
     nor.worn_out = 0..0;
-    assert_eq!(Custody::start(&mut nor).active(), None);
+    assert_eq!(KeyHolder::start(&mut nor).active(), None);
     for number in 1..=2 {
         let bytes = encoded(&numbered(number));
         let mut places = nor.bytes().windows(bytes.len());
@@ -290,22 +299,22 @@ fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() 
 #[test]
 fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost() {
     let nor = RefCell::new(Nor::new(PAGES));
-    let (mut custody, _) = hostile::custody::Custody::start(Shared(&nor));
-    custody
+    let (mut key_holder, _) = hostile::key_holder::KeyHolder::start(Shared(&nor));
+    key_holder
         .change(&KEY, Act::Provision(KEY))
         .expect("it has no key");
-    custody.upload(&KEY, &encoded(&numbered(1))).unwrap();
+    key_holder.upload(&KEY, &encoded(&numbered(1))).unwrap();
     nor.borrow_mut().worn_out = ARCHIVE..KEY_PAGES;
-    let reset = custody.change(&KEY, Act::FactoryReset);
+    let reset = key_holder.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
     nor.borrow_mut().worn_out = 0..0;
-    custody.upload(&KEY, &encoded(&numbered(2))).unwrap();
-    drop(custody);
+    key_holder.upload(&KEY, &encoded(&numbered(2))).unwrap();
+    drop(key_holder);
     let mut nor = nor.into_inner();
     spoil(&mut nor, 2);
-    let mut custody = Custody::start(&mut nor);
-    assert_eq!(custody.active(), None);
-    let log = custody.log();
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.active(), None);
+    let log = key_holder.log();
     let last = log.last().map(|entry| (entry.reason, entry.id));
     assert_eq!(last, Some((Reason::Fallback, None)));
 }
@@ -313,18 +322,18 @@ fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost
 #[test]
 fn any_change_ends_an_upload_under_way() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     let bytes = encoded(&numbered(3));
-    custody.change(&KEY, upload_of(&bytes)).unwrap();
-    custody.roll_back(1).unwrap();
-    assert_eq!(custody.send(&bytes), Err(Refusal::NoUpload));
-    assert_eq!(custody.active(), Some(numbered(1)));
+    key_holder.change(&KEY, upload_of(&bytes)).unwrap();
+    key_holder.roll_back(1).unwrap();
+    assert_eq!(key_holder.send(&bytes), Err(Refusal::NoUpload));
+    assert_eq!(key_holder.active(), Some(numbered(1)));
 }
 
 #[test]
 fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
     let mut nor = Nor::new(PAGES);
-    drop(Custody::with_sets(&mut nor, 2));
+    drop(KeyHolder::with_sets(&mut nor, 2));
     let mut log = Log::new(&mut nor, LOG);
     let mut end = block_on(log.end()).unwrap();
     while log.has_room(&end) {
@@ -337,11 +346,11 @@ fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
         block_on(log.append(&mut end, &entry)).unwrap();
     }
     let operations = nor.operations;
-    let mut custody = Custody::start(&mut nor);
+    let mut key_holder = KeyHolder::start(&mut nor);
     for act in acts() {
-        assert_eq!(custody.change(&KEY, act), Err(Refusal::LogFull));
+        assert_eq!(key_holder.change(&KEY, act), Err(Refusal::LogFull));
     }
-    assert_eq!(custody.active(), Some(numbered(2)));
-    drop(custody);
+    assert_eq!(key_holder.active(), Some(numbered(2)));
+    drop(key_holder);
     assert_eq!(nor.operations, operations);
 }

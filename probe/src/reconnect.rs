@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use hexsense_core::wire::status::ResetCause;
 
-use super::{Client, Contact, LinkError, ProtocolError};
 use crate::files;
 use crate::interrupt::{Interrupt, Interrupted};
+use hexsense_client::{Client, Contact, LinkError, ProtocolError};
 
 /// Pause between two tries.
 const PAUSE: Duration = Duration::from_millis(200);

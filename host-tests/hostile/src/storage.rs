@@ -6,17 +6,17 @@
 
 use std::cell::RefCell;
 
-use hexsense_core::authority::LONGEST_WAIT_MS;
-use hexsense_core::keeper::Command;
-use hexsense_core::store::log::Reason;
-use hexsense_core::store::{Entry, SetId};
+use hexsense_core::authority::MAX_WAIT_MS;
+use hexsense_core::records::log::Reason;
+use hexsense_core::records::{Entry, SetId};
+use hexsense_core::storage::Command;
 use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
 use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
-use crate::custody::{Custody, KEYS, Shared, announced, id, signed, upload_of};
 use crate::input::Input;
+use crate::key_holder::{KEYS, KeyHolder, Shared, announced, id, signed, upload_of};
 use crate::nor_flash::{Nor, Torn};
 
 /// Most commands of an attack; more find nothing new and take their time.
@@ -46,7 +46,7 @@ pub fn run(data: &[u8]) {
 /// An attack, and what the board may have become by it.
 struct Attack<'f> {
     nor: &'f RefCell<Nor>,
-    custody: Custody<Shared<'f>>,
+    key_holder: KeyHolder<Shared<'f>>,
     challenge: Option<Challenge>,
     heard: Option<(Change, Tag)>,
     /// Keys that the board may have: two when the power went while it got one.
@@ -63,28 +63,28 @@ struct Attack<'f> {
 
 impl<'f> Attack<'f> {
     fn on(nor: &'f RefCell<Nor>, base: usize) -> Self {
-        let (custody, started) = Custody::start(Shared(nor));
+        let (key_holder, started) = KeyHolder::start(Shared(nor));
         assert_eq!(started, Ok(()));
         Self {
             nor,
             challenge: None,
             heard: None,
             keys: vec![(base > 0).then(|| KEYS[0].clone())],
-            active: vec![custody.active()],
+            active: vec![key_holder.active()],
             kept: CONTENTS[..base.saturating_sub(1).min(GOOD)]
                 .iter()
                 .map(|content| id(content))
                 .collect(),
             upload: None,
             sent: (0, 0),
-            custody,
+            key_holder,
         }
     }
 
     fn step(&mut self, input: &mut Input) {
         match input.byte() % 13 {
-            0 => self.custody.now_ms += u64::from(input.short()),
-            1 => self.challenge = Some(self.custody.challenge()),
+            0 => self.key_holder.now_ms += u64::from(input.short()),
+            1 => self.challenge = Some(self.key_holder.challenge()),
             2 => {
                 let (act, key) = (self.act(input), input.pick(&[&KEYS[0], &KEYS[1]]));
                 self.signed_change(act, key, 0);
@@ -151,8 +151,8 @@ impl<'f> Attack<'f> {
 
     /// A command that leaves the active set as it is.
     fn ask(&mut self, command: Command) {
-        let _ = self.custody.ask(command);
-        assert!(self.active.contains(&self.custody.active()));
+        let _ = self.key_holder.ask(command);
+        assert!(self.active.contains(&self.key_holder.active()));
     }
 
     /// A change signed with `key` for the last challenge; unless `flipped` is zero the tag is spoilt.
@@ -175,11 +175,11 @@ impl<'f> Attack<'f> {
             })
         });
         let before = (self.nor.borrow().operations, self.nor.borrow().is_powered());
-        let answer = self.custody.ask(Command::Change(change.clone(), tag));
+        let answer = self.key_holder.ask(Command::Change(change.clone(), tag));
         if !entitled {
             assert!(answer.is_err(), "{change:?} without the key");
             assert_eq!(self.nor.borrow().operations, before.0, "{change:?}");
-            assert!(self.active.contains(&self.custody.active()));
+            assert!(self.active.contains(&self.key_holder.active()));
             return;
         }
         if let Ok(Response::Done | Response::Committed(_) | Response::Erased { .. }) = answer {
@@ -228,7 +228,7 @@ impl<'f> Attack<'f> {
 
     fn commit(&mut self) {
         let before = (self.nor.borrow().operations, self.nor.borrow().is_powered());
-        let answer = self.custody.ask(Command::Commit);
+        let answer = self.key_holder.ask(Command::Commit);
         let upload = self.upload.take();
         if answer.is_ok() {
             let good = upload
@@ -242,7 +242,7 @@ impl<'f> Attack<'f> {
     /// An upload as a host with the key makes it.
     fn whole_upload(&mut self, content: usize) {
         let content = content % CONTENTS.len();
-        self.challenge = Some(self.custody.challenge());
+        self.challenge = Some(self.key_holder.challenge());
         let key = self.keys[0].clone().unwrap_or(KEYS[0].clone());
         self.signed_change(upload_of(&CONTENTS[content]), &key, 0);
         self.sent = (content, 0);
@@ -264,7 +264,7 @@ impl<'f> Attack<'f> {
         wanted: Option<Option<SetId>>,
         before: (u32, bool),
     ) {
-        let active = self.custody.active();
+        let active = self.key_holder.active();
         match answer {
             Ok(Response::Committed(set)) => {
                 assert_eq!(wanted, Some(Some(set.id)));
@@ -294,20 +294,20 @@ impl<'f> Attack<'f> {
         if let Some((operations, torn)) = cut {
             let seed = operations.into();
             self.nor.borrow_mut().cut_after(operations, torn, seed);
-            let (_, started) = Custody::start(Shared(self.nor));
+            let (_, started) = KeyHolder::start(Shared(self.nor));
             let was_cut = self.nor.borrow_mut().power_on();
             assert!(was_cut || started.is_ok(), "{started:?}");
         }
-        let challenges = self.custody.challenges;
-        let (custody, started) = Custody::start(Shared(self.nor));
+        let challenges = self.key_holder.challenges;
+        let (key_holder, started) = KeyHolder::start(Shared(self.nor));
         assert_eq!(started, Ok(()));
-        self.custody = custody;
-        self.custody.challenges = challenges;
+        self.key_holder = key_holder;
+        self.key_holder.challenges = challenges;
         (self.challenge, self.upload) = (None, None);
-        let active = self.custody.active();
+        let active = self.key_holder.active();
         assert!(self.active.contains(&active), "{active:?}");
         self.active = vec![active];
-        let is_provisioned = self.custody.keeper.is_provisioned();
+        let is_provisioned = self.key_holder.storage.is_provisioned();
         self.keys.retain(|key| key.is_some() == is_provisioned);
         assert!(!self.keys.is_empty(), "provisioned: {is_provisioned}");
     }
@@ -320,15 +320,15 @@ impl<'f> Attack<'f> {
         }
         let content = &CONTENTS[0];
         let uploaded = self.keys.clone().iter().any(|key| {
-            self.custody.now_ms += LONGEST_WAIT_MS;
+            self.key_holder.now_ms += MAX_WAIT_MS;
             if key.is_none() {
                 let provisioned = self
-                    .custody
+                    .key_holder
                     .change(&KEYS[0], Act::Provision(KEYS[0].clone()));
                 assert_eq!(provisioned, Ok(Response::Done));
             }
             let key = key.as_ref().unwrap_or(&KEYS[0]);
-            match self.custody.upload(key, content) {
+            match self.key_holder.upload(key, content) {
                 Err(Refusal::WrongTag) => false,
                 answer => {
                     assert!(matches!(answer, Ok(Response::Committed(_))), "{answer:?}");
@@ -337,10 +337,10 @@ impl<'f> Attack<'f> {
             }
         });
         assert!(uploaded, "the board takes none of its keys");
-        let (mut custody, started) = Custody::start(Shared(self.nor));
+        let (mut key_holder, started) = KeyHolder::start(Shared(self.nor));
         assert_eq!(started, Ok(()));
-        assert_eq!(custody.active(), Some(id(content)));
-        in_order(&custody.log(), custody.active());
+        assert_eq!(key_holder.active(), Some(id(content)));
+        in_order(&key_holder.log(), key_holder.active());
     }
 }
 

@@ -1,7 +1,7 @@
 //! An archive to which numbered sets are appended one after another.
 
 use embassy_futures::block_on;
-use hexsense_core::store::{Archive, CoefficientSet, Stored};
+use hexsense_core::records::{Archive, CoefficientSet, Stored};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered, uploaded};
 

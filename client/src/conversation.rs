@@ -23,9 +23,9 @@ const ANSWER: Duration = Duration::from_millis(1_000);
 /// Pause before a busy board is asked again.
 const BUSY_PAUSE: Duration = Duration::from_millis(20);
 /// Blocks that wait at most; older ones are dropped when nobody takes them.
-const MOST_BLOCKS: usize = 4_096;
+const MAX_BLOCKS: usize = 4_096;
 /// Poses that wait at most, older ones being dropped: more than four minutes of them.
-const MOST_POSES: usize = 16_384;
+const MAX_POSES: usize = 16_384;
 
 /// A transport with everything that has come through it and was not taken yet.
 pub struct Conversation {
@@ -303,9 +303,9 @@ impl Conversation {
                 Some((Kind::Hello | Kind::Request, _)) | None => {}
             }
         }
-        let excess = self.blocks.len().saturating_sub(MOST_BLOCKS);
+        let excess = self.blocks.len().saturating_sub(MAX_BLOCKS);
         self.blocks.drain(..excess);
-        let excess = self.poses.len().saturating_sub(MOST_POSES);
+        let excess = self.poses.len().saturating_sub(MAX_POSES);
         self.poses.drain(..excess);
         Ok(())
     }
@@ -337,7 +337,7 @@ fn name(request: &Request) -> &'static str {
         Request::Rate(_) => "scan rate",
         Request::Block(_) => "block",
         Request::Drive { .. } => "drive frequency",
-        Request::Harmonics { .. } => "harmonic sums",
+        Request::Sums { .. } => "harmonic sums",
         Request::ActiveSet => "active set",
         Request::ReadSet { .. } => "bytes of the set",
         Request::History { .. } => "history of sets",
@@ -347,7 +347,7 @@ fn name(request: &Request) -> &'static str {
         Request::UploadChunk { .. } => "piece of an upload",
         Request::UploadCommit => "commit of an upload",
         Request::UploadAbort => "end of an upload",
-        Request::Fit { .. } => "harmonics",
+        Request::Harmonics { .. } => "harmonics",
         Request::Motion { .. } => "motion",
     }
 }

@@ -1,64 +1,64 @@
-//! A keeper on a flash memory, as a host with the key uses it.
+//! A storage on a flash memory, as a host with the key uses it.
 
 use std::ops::{Deref, DerefMut};
 
-use hexsense_core::keeper::Command;
-use hexsense_core::store::{CoefficientSet, SetId};
+use hexsense_core::records::{CoefficientSet, SetId};
+use hexsense_core::storage::Command;
 use hexsense_core::wire::change::{Act, Change, Key, Tag};
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{encoded, numbered};
-use hostile::custody;
+use hostile::key_holder;
 
-pub use custody::{KEY, OTHER_KEY, upload_of};
+pub use key_holder::{KEY, OTHER_KEY, upload_of};
 
-/// Pages of the bank that the keeper owns.
+/// Pages of the bank that the storage owns.
 pub const PAGES: usize = 128;
 
-/// A keeper that has started, and what it is asked about sets by their number.
-pub struct Custody<'f>(custody::Custody<&'f mut Nor>);
+/// A storage that has started, and what it is asked about sets by their number.
+pub struct KeyHolder<'f>(key_holder::KeyHolder<&'f mut Nor>);
 
-impl<'f> Deref for Custody<'f> {
-    type Target = custody::Custody<&'f mut Nor>;
+impl<'f> Deref for KeyHolder<'f> {
+    type Target = key_holder::KeyHolder<&'f mut Nor>;
 
     fn deref(&self) -> &Self::Target {
         &self.0
     }
 }
 
-impl DerefMut for Custody<'_> {
+impl DerefMut for KeyHolder<'_> {
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.0
     }
 }
 
-impl<'f> Custody<'f> {
-    /// Starts a keeper on this flash.
+impl<'f> KeyHolder<'f> {
+    /// Starts a storage on this flash.
     pub fn start(nor: &'f mut Nor) -> Self {
-        let (custody, started) = Self::try_start(nor);
+        let (key_holder, started) = Self::try_start(nor);
         started.unwrap();
-        custody
+        key_holder
     }
 
     pub fn try_start(nor: &'f mut Nor) -> (Self, Result<(), Refusal>) {
-        let (custody, started) = custody::Custody::start(nor);
-        (Self(custody), started)
+        let (key_holder, started) = key_holder::KeyHolder::start(nor);
+        (Self(key_holder), started)
     }
 
     /// A change with its tag for a fresh challenge.
     pub fn signed(&mut self, key: &Key, act: Act) -> (Change, Tag) {
         let challenge = self.challenge();
-        custody::signed(key, &challenge, act)
+        key_holder::signed(key, &challenge, act)
     }
 
-    /// Starts a keeper on erased flash, and gives it a key and sets 1 to `last`.
+    /// Starts a storage on erased flash, and gives it a key and sets 1 to `last`.
     pub fn with_sets(nor: &'f mut Nor, last: u32) -> Self {
-        let mut custody = Self::start(nor);
-        custody.provision();
+        let mut key_holder = Self::start(nor);
+        key_holder.provision();
         for number in 1..=last {
-            custody.upload(number).unwrap();
+            key_holder.upload(number).unwrap();
         }
-        custody
+        key_holder
     }
 
     pub fn provision(&mut self) {

@@ -1,4 +1,4 @@
-//! The keeper of the coefficients: what is in flash, who may change it, and the log of changes.
+//! The storage of the coefficients: what is in flash, who may change it, and the log of changes.
 //!
 //! Everything about coefficients that a host asks for is answered here, on any flash; the board's storage task only
 //! adds the chip. Nothing but this module changes the flash:
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
-//! second ([`Keeper::complete`]): no change is ever without its entry, and no entry without its change. The active set is
+//! second ([`Storage::complete`]): no change is ever without its entry, and no entry without its change. The active set is
 //! the one that the last entry names.
 //!
 //! What is done at a start, an upload and the changes have files of their own.
@@ -27,9 +27,9 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use self::upload::Upload;
 use crate::authority::Authority;
-use crate::store::key::{KeyPages, StoredKey};
-use crate::store::log::{End, Entry, Log, Reason};
-use crate::store::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
+use crate::records::key::{KeyPages, StoredKey};
+use crate::records::log::{End, Entry, Log, Reason};
+use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
 use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
@@ -78,8 +78,8 @@ pub struct Active {
     slot: u8,
 }
 
-/// The keeper; owns the flash.
-pub struct Keeper<F: NorFlash> {
+/// The storage; owns the flash.
+pub struct Storage<F: NorFlash> {
     flash: F,
     board: [u8; 12],
     end: End,
@@ -93,8 +93,8 @@ pub struct Keeper<F: NorFlash> {
     upload: Option<Upload>,
 }
 
-impl<F: NorFlash> Keeper<F> {
-    /// A keeper of the flash of the board with this unique id; [`Self::load`] comes next.
+impl<F: NorFlash> Storage<F> {
+    /// A storage of the flash of the board with this unique id; [`Self::load`] comes next.
     pub fn new(flash: F, board: [u8; 12]) -> Self {
         Self {
             flash,

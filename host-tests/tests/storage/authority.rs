@@ -1,17 +1,17 @@
 //! Nobody without the key changes anything, and nothing that was said once serves again.
 
 use embassy_futures::block_on;
-use hexsense_core::authority::{CHALLENGE_MS, LONGEST_WAIT_MS, tag};
-use hexsense_core::keeper::{Command, UPLOAD_MS};
-use hexsense_core::store::SetId;
-use hexsense_core::store::key::{KeyPages, StoredKey};
+use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, tag};
+use hexsense_core::records::SetId;
+use hexsense_core::records::key::{KeyPages, StoredKey};
+use hexsense_core::storage::{Command, UPLOAD_MS};
 use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, PAGE};
 use host_tests::sets::{BOARD, encoded, numbered};
 use proptest::prelude::*;
 
-use crate::custody::{Custody, KEY, OTHER_KEY, PAGES, acts, id, upload_of};
+use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES, acts, id, upload_of};
 
 /// Computed with Python's `hmac` and `hashlib` over the change's bytes written out by hand.
 #[test]
@@ -33,35 +33,38 @@ fn a_tag_is_the_hmac_that_others_compute() {
 #[test]
 fn a_board_without_a_key_takes_no_change_but_a_key() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
+    let mut key_holder = KeyHolder::start(&mut nor);
     for act in acts().into_iter().take(3) {
-        assert_eq!(custody.change(&KEY, act), Err(Refusal::Unprovisioned));
+        assert_eq!(key_holder.change(&KEY, act), Err(Refusal::Unprovisioned));
     }
     assert_eq!(
-        custody.change(&OTHER_KEY, Act::Provision(KEY)),
+        key_holder.change(&OTHER_KEY, Act::Provision(KEY)),
         Err(Refusal::WrongTag),
         "the tag shows that the key has arrived whole"
     );
-    assert!(!custody.keeper.is_provisioned());
-    drop(custody);
+    assert!(!key_holder.storage.is_provisioned());
+    drop(key_holder);
     assert_eq!(nor.operations, 0);
-    let mut custody = Custody::with_sets(&mut nor, 0);
-    assert!(custody.keeper.is_provisioned());
-    custody.upload(1).unwrap();
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
+    assert!(key_holder.storage.is_provisioned());
+    key_holder.upload(1).unwrap();
 }
 
 #[test]
 fn no_change_is_made_with_another_key() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     for act in acts() {
-        let refused = custody.change(&OTHER_KEY, act);
+        let refused = key_holder.change(&OTHER_KEY, act);
         assert_eq!(refused, Err(Refusal::WrongTag));
-        custody.now_ms += LONGEST_WAIT_MS;
+        key_holder.now_ms += MAX_WAIT_MS;
     }
-    assert_eq!(custody.send(&encoded(&numbered(3))), Err(Refusal::NoUpload));
     assert_eq!(
-        (custody.log().len(), custody.active()),
+        key_holder.send(&encoded(&numbered(3))),
+        Err(Refusal::NoUpload)
+    );
+    assert_eq!(
+        (key_holder.log().len(), key_holder.active()),
         (3, Some(numbered(2)))
     );
 }
@@ -69,42 +72,42 @@ fn no_change_is_made_with_another_key() {
 #[test]
 fn a_change_that_was_heard_changes_nothing_again() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
-    let (change, tag) = custody.signed(&KEY, Act::Rollback(id(1)));
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    let (change, tag) = key_holder.signed(&KEY, Act::Rollback(id(1)));
     let heard = Command::Change(change, tag);
     assert!(matches!(
-        custody.ask(heard.clone()),
+        key_holder.ask(heard.clone()),
         Ok(Response::Committed(_))
     ));
-    custody.upload(2).unwrap();
-    assert_eq!(custody.ask(heard.clone()), Err(Refusal::NoChallenge));
-    custody.ask(Command::Challenge).unwrap();
-    assert_eq!(custody.ask(heard), Err(Refusal::WrongTag));
-    assert_eq!(custody.active(), Some(numbered(2)));
+    key_holder.upload(2).unwrap();
+    assert_eq!(key_holder.ask(heard.clone()), Err(Refusal::NoChallenge));
+    key_holder.ask(Command::Challenge).unwrap();
+    assert_eq!(key_holder.ask(heard), Err(Refusal::WrongTag));
+    assert_eq!(key_holder.active(), Some(numbered(2)));
 }
 
 #[test]
 fn a_tag_serves_for_no_other_change_board_or_challenge() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     let acts = acts();
     for (signed, sent) in acts.iter().zip(acts.iter().cycle().skip(1)) {
-        let (mut change, tag) = custody.signed(&KEY, signed.clone());
+        let (mut change, tag) = key_holder.signed(&KEY, signed.clone());
         change.act = sent.clone();
         assert_eq!(
-            custody.ask(Command::Change(change, tag)),
+            key_holder.ask(Command::Change(change, tag)),
             Err(Refusal::WrongTag)
         );
-        custody.now_ms += LONGEST_WAIT_MS;
+        key_holder.now_ms += MAX_WAIT_MS;
     }
-    let (mut change, tag) = custody.signed(&KEY, Act::FactoryReset);
+    let (mut change, tag) = key_holder.signed(&KEY, Act::FactoryReset);
     change.unix_s += 1;
     assert_eq!(
-        custody.ask(Command::Change(change, tag)),
+        key_holder.ask(Command::Change(change, tag)),
         Err(Refusal::WrongTag)
     );
-    custody.now_ms += LONGEST_WAIT_MS;
-    let Ok(Response::Challenge(challenge)) = custody.ask(Command::Challenge) else {
+    key_holder.now_ms += MAX_WAIT_MS;
+    let Ok(Response::Challenge(challenge)) = key_holder.ask(Command::Challenge) else {
         panic!("no challenge");
     };
     let change = Change {
@@ -113,20 +116,20 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
     };
     let elsewhere = hexsense_core::authority::tag(&KEY, &challenge, &[8; 12], &change);
     assert_eq!(
-        custody.ask(Command::Change(change, elsewhere)),
+        key_holder.ask(Command::Change(change, elsewhere)),
         Err(Refusal::WrongTag)
     );
-    assert_eq!(custody.log().len(), 3);
+    assert_eq!(key_holder.log().len(), 3);
 }
 
 #[test]
 fn a_challenge_expires_and_serves_once() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     for (wait_ms, accepted) in [(CHALLENGE_MS, true), (CHALLENGE_MS + 1, false)] {
-        let (change, tag) = custody.signed(&KEY, upload_of(&encoded(&numbered(3))));
-        custody.now_ms += wait_ms;
-        let answer = custody.ask(Command::Change(change, tag));
+        let (change, tag) = key_holder.signed(&KEY, upload_of(&encoded(&numbered(3))));
+        key_holder.now_ms += wait_ms;
+        let answer = key_holder.ask(Command::Change(change, tag));
         let expected = if accepted {
             Ok(Response::Done)
         } else {
@@ -139,71 +142,75 @@ fn a_challenge_expires_and_serves_once() {
 #[test]
 fn an_unlocked_upload_expires() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     let bytes = encoded(&numbered(3));
     for (wait_ms, expected) in [(UPLOAD_MS, None), (UPLOAD_MS + 1, Some(Refusal::Expired))] {
-        custody.change(&KEY, upload_of(&bytes)).unwrap();
-        custody.now_ms += wait_ms;
-        assert_eq!(custody.send(&bytes).err(), expected, "after {wait_ms} ms");
+        key_holder.change(&KEY, upload_of(&bytes)).unwrap();
+        key_holder.now_ms += wait_ms;
+        assert_eq!(
+            key_holder.send(&bytes).err(),
+            expected,
+            "after {wait_ms} ms"
+        );
     }
 }
 
 #[test]
 fn the_set_that_was_unlocked_is_the_only_one_that_is_taken() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
-    custody
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    key_holder
         .change(&KEY, upload_of(&encoded(&numbered(3))))
         .unwrap();
     let other = encoded(&numbered(4));
-    assert_eq!(custody.send(&other), Err(Refusal::WrongIdentity));
-    assert_eq!(custody.active(), Some(numbered(2)));
+    assert_eq!(key_holder.send(&other), Err(Refusal::WrongIdentity));
+    assert_eq!(key_holder.active(), Some(numbered(2)));
 }
 
 #[test]
 fn wrong_answers_wait_longer_and_longer_and_a_right_one_ends_it() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     for attempt in 0..10 {
-        let wait_ms = (1_000 << attempt).min(LONGEST_WAIT_MS);
+        let wait_ms = (1_000 << attempt).min(MAX_WAIT_MS);
         assert_eq!(
-            custody.change(&OTHER_KEY, Act::FactoryReset),
+            key_holder.change(&OTHER_KEY, Act::FactoryReset),
             Err(Refusal::WrongTag)
         );
-        custody.now_ms += wait_ms - 1;
+        key_holder.now_ms += wait_ms - 1;
         assert_eq!(
-            custody.change(&KEY, Act::FactoryReset),
+            key_holder.change(&KEY, Act::FactoryReset),
             Err(Refusal::BackOff { ms: 1 }),
             "even the right key waits, attempt {attempt}"
         );
-        custody.now_ms += 1;
+        key_holder.now_ms += 1;
     }
-    custody.upload(3).unwrap();
+    key_holder.upload(3).unwrap();
     assert_eq!(
-        custody.change(&OTHER_KEY, Act::FactoryReset),
+        key_holder.change(&OTHER_KEY, Act::FactoryReset),
         Err(Refusal::WrongTag)
     );
-    custody.now_ms += 1_000;
-    custody.upload(4).unwrap();
+    key_holder.now_ms += 1_000;
+    key_holder.upload(4).unwrap();
 }
 
 #[test]
 fn a_new_key_needs_the_old_one_and_replaces_it() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     assert_eq!(
-        custody.change(&KEY, Act::Provision(OTHER_KEY)),
+        key_holder.change(&KEY, Act::Provision(OTHER_KEY)),
         Ok(Response::Done)
     );
-    assert_eq!(custody.upload(3), Err(Refusal::WrongTag));
-    drop(custody);
+    assert_eq!(key_holder.upload(3), Err(Refusal::WrongTag));
+    drop(key_holder);
     let gone = KEY.0;
     assert!(
         !nor.bytes().windows(gone.len()).any(|bytes| bytes == gone),
         "the old key is erased"
     );
-    let mut custody = Custody::start(&mut nor);
-    let rolled_back = custody.change(&OTHER_KEY, Act::Rollback(id(1)));
+    let mut key_holder = KeyHolder::start(&mut nor);
+    let rolled_back = key_holder.change(&OTHER_KEY, Act::Rollback(id(1)));
     assert!(matches!(rolled_back, Ok(Response::Committed(_))));
 }
 
@@ -227,8 +234,8 @@ fn of_two_keys_the_newer_counts() {
 #[test]
 fn nothing_that_is_asked_gives_the_key_away() {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::with_sets(&mut nor, 2);
-    let mut answers = vec![format!("{:?}", custody.keeper.active())];
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    let mut answers = vec![format!("{:?}", key_holder.storage.active())];
     for number in 0..=u8::MAX {
         let commands = [
             Command::ActiveSet,
@@ -237,7 +244,7 @@ fn nothing_that_is_asked_gives_the_key_away() {
             Command::Log(number.into()),
             Command::Challenge,
         ];
-        answers.extend(commands.map(|command| format!("{:?}", custody.ask(command))));
+        answers.extend(commands.map(|command| format!("{:?}", key_holder.ask(command))));
     }
     let key = format!("{:?}", KEY.0);
     let inside = key.trim_matches(['[', ']']);
@@ -251,9 +258,9 @@ proptest! {
     #[test]
     fn one_changed_bit_of_a_tag_is_a_wrong_tag(bit in 0..256_usize) {
         let mut nor = Nor::new(PAGES);
-        let mut custody = Custody::with_sets(&mut nor, 0);
-        let (change, mut tag) = custody.signed(&KEY, Act::FactoryReset);
+        let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
+        let (change, mut tag) = key_holder.signed(&KEY, Act::FactoryReset);
         tag[bit / 8] ^= 1 << (bit % 8);
-        prop_assert_eq!(custody.ask(Command::Change(change, tag)), Err(Refusal::WrongTag));
+        prop_assert_eq!(key_holder.ask(Command::Change(change, tag)), Err(Refusal::WrongTag));
     }
 }

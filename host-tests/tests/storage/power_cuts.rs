@@ -1,7 +1,7 @@
 //! The power goes in every operation of every change: afterwards all is as before or as it was to be, and the log
 //! tells which.
 
-use hexsense_core::store::CoefficientSet;
+use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, Torn};
@@ -9,7 +9,7 @@ use host_tests::sets::numbered;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::custody::{Custody, KEY, OTHER_KEY, PAGES};
+use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES};
 
 /// A change.
 #[derive(Debug, Clone, Copy)]
@@ -22,13 +22,13 @@ enum Step {
 }
 
 impl Step {
-    fn take(self, custody: &mut Custody) -> Result<Response, Refusal> {
+    fn take(self, key_holder: &mut KeyHolder) -> Result<Response, Refusal> {
         match self {
-            Self::Upload(number) => custody.upload(number),
-            Self::Rollback(number) => custody.roll_back(number),
-            Self::Reset => custody.change(&KEY, Act::FactoryReset),
-            Self::Provision => custody.change(&KEY, Act::Provision(KEY)),
-            Self::Rekey => custody.change(&KEY, Act::Provision(OTHER_KEY)),
+            Self::Upload(number) => key_holder.upload(number),
+            Self::Rollback(number) => key_holder.roll_back(number),
+            Self::Reset => key_holder.change(&KEY, Act::FactoryReset),
+            Self::Provision => key_holder.change(&KEY, Act::Provision(KEY)),
+            Self::Rekey => key_holder.change(&KEY, Act::Provision(OTHER_KEY)),
         }
     }
 }
@@ -43,11 +43,11 @@ struct View {
 
 /// Starts the board and looks, having checked that log and active set agree.
 fn look(nor: &mut Nor, case: &str) -> View {
-    let mut custody = Custody::start(nor);
-    let (log, active) = (custody.log(), custody.active());
+    let mut key_holder = KeyHolder::start(nor);
+    let (log, active) = (key_holder.log(), key_holder.active());
     let counters = log.iter().map(|entry| entry.counter);
     assert!(counters.eq(1..=log.len() as u32), "{case}: {log:?}");
-    let id = custody.keeper.active().map(|active| active.set.id);
+    let id = key_holder.storage.active().map(|active| active.set.id);
     assert_eq!(
         log.last().and_then(|entry| entry.id),
         id,
@@ -60,11 +60,11 @@ fn look(nor: &mut Nor, case: &str) -> View {
         );
     }
     let key = [KEY, OTHER_KEY].into_iter().find(|key| {
-        custody.now_ms += 100_000;
-        custody.keeper.is_provisioned()
-            && custody.change(key, Act::Rollback(Default::default())) == Err(Refusal::NoSuchSet)
+        key_holder.now_ms += 100_000;
+        key_holder.storage.is_provisioned()
+            && key_holder.change(key, Act::Rollback(Default::default())) == Err(Refusal::NoSuchSet)
     });
-    assert_eq!(key.is_some(), custody.keeper.is_provisioned(), "{case}");
+    assert_eq!(key.is_some(), key_holder.storage.is_provisioned(), "{case}");
     View {
         active,
         entries: log.len(),
@@ -75,14 +75,14 @@ fn look(nor: &mut Nor, case: &str) -> View {
 /// Cuts the power in each operation of `step` in turn, in every way, on a board that has taken `before`.
 fn sweep(before: &[Step], step: Step) {
     let mut nor = Nor::new(PAGES);
-    let mut custody = Custody::start(&mut nor);
+    let mut key_holder = KeyHolder::start(&mut nor);
     for step in before {
-        step.take(&mut custody).unwrap();
+        step.take(&mut key_holder).unwrap();
     }
-    drop(custody);
+    drop(key_holder);
     let old = look(&mut nor.clone(), "before");
     let mut done = nor.clone();
-    step.take(&mut Custody::start(&mut done)).unwrap();
+    step.take(&mut KeyHolder::start(&mut done)).unwrap();
     let new = look(&mut done, "after");
     assert_ne!(old, new);
     let operations = done.operations - nor.operations;
@@ -94,7 +94,10 @@ fn sweep(before: &[Step], step: Step) {
             format!("{step:?} after {before:?}, {torn:?} in operation {operation} of {operations}");
         let mut cut = nor.clone();
         cut.cut_after(operation, torn, operation.into());
-        assert!(step.take(&mut Custody::start(&mut cut)).is_err(), "{case}");
+        assert!(
+            step.take(&mut KeyHolder::start(&mut cut)).is_err(),
+            "{case}"
+        );
         assert!(cut.power_on(), "{case}");
         let found = look(&mut cut, &case);
         assert!(found == old || found == new, "{case}: {found:?}");
@@ -109,12 +112,12 @@ fn sweep(before: &[Step], step: Step) {
             "{case}: and has nothing left to do"
         );
         // Life goes on.
-        let mut custody = Custody::start(&mut cut);
+        let mut key_holder = KeyHolder::start(&mut cut);
         if found.key == Some(KEY) {
-            custody
+            key_holder
                 .upload(99)
                 .unwrap_or_else(|refusal| panic!("{case}: {refusal}"));
-            assert_eq!(custody.active(), Some(numbered(99)), "{case}");
+            assert_eq!(key_holder.active(), Some(numbered(99)), "{case}");
         }
     }
 }
@@ -172,7 +175,9 @@ fn in_provisioning() {
 fn again_and_again_in_any_order() {
     let mut random = ChaCha8Rng::seed_from_u64(20_261_125);
     let mut nor = Nor::new(PAGES);
-    Step::Provision.take(&mut Custody::start(&mut nor)).unwrap();
+    Step::Provision
+        .take(&mut KeyHolder::start(&mut nor))
+        .unwrap();
     let mut old = look(&mut nor, "first");
     let (mut cuts, mut recent) = (0, vec![]);
     for number in 1..1_000 {
@@ -187,7 +192,7 @@ fn again_and_again_in_any_order() {
         let operation = random.random_range(0..160);
         let case = format!("{number}: {step:?}, {torn:?} in operation {operation}");
         nor.cut_after(operation, torn, random.random());
-        let answer = step.take(&mut Custody::try_start(&mut nor).0);
+        let answer = step.take(&mut KeyHolder::try_start(&mut nor).0);
         let cut = nor.power_on();
         cuts += u32::from(cut);
         let found = look(&mut nor, &case);
