@@ -310,12 +310,12 @@ fn factory_reset_asks_erases_and_says_what_stays() {
 #[test]
 fn the_log_has_every_change_in_order_with_its_time() {
     let desk = Desk::new();
-    let start = hexsense_probe::hexsense_client::change::unix_now();
+    let start = hexsense_client::change::unix_now();
     let [first, second] = [1, 2].map(|set| desk.upload(set));
     desk.says(&["rollback", &first]);
     desk.says(&["factory-reset", "--yes"]);
     desk.says(&["provision", "--key", "new.key", "--old-key", "hexsense.key"]);
-    let end = hexsense_probe::hexsense_client::change::unix_now();
+    let end = hexsense_client::change::unix_now();
     let log = desk.json("log");
     let (first, second) = (Value::from(first), Value::from(second));
     let none = Value::Null;

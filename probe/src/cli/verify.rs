@@ -15,7 +15,6 @@ use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
-use crate::date;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
