@@ -9,7 +9,7 @@
 //! The functions are micromath's, fast and coarse (an arctangent is off by up to 3 mrad). Nothing that is stored,
 //! estimated or reported as a measurement is computed here.
 
-use hexsense_core::sampling::Values;
+use crate::sampling::Values;
 use micromath::F32Ext;
 
 /// Sums of ax, ay and az over a block's calibrated values.

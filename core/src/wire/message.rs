@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::facts::BoardFacts;
 use crate::harmonics::{ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty};
 use crate::live_motion::Motion;
 use crate::records::SetId;
@@ -29,7 +30,7 @@ pub enum Request {
     Status,
     /// Start, change or stop the stream of blocks and poses → [`Response::Done`].
     Stream(StreamContent),
-    /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. As with [`Request::Block`], the analysers stop and
+    /// Set the scan rate, Hz; one of [`BoardFacts::rates_hz`]. As with [`Request::Block`], the analysers stop and
     /// the scan counter goes on → [`Response::Done`].
     Rate(u32),
     /// Take so many scans at a time. The converters start anew and the analysers stop; the scan counter goes on, with
@@ -270,7 +271,7 @@ pub struct ActiveSet {
 }
 
 /// Who the board is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Unique id of the microcontroller.
     pub board: [u8; 12],
@@ -278,6 +279,8 @@ pub struct Identity {
     pub hardware: heapless::String<32>,
     /// Why the board last started.
     pub reset: ResetCause,
+    /// The numbers of this kind of board.
+    pub facts: BoardFacts,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

@@ -35,6 +35,4 @@ pub use refusal::Refusal;
 pub use status::Status;
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 4;
-/// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
-pub const BAUD: u32 = 2_000_000;
+pub const VERSION: u16 = 5;
