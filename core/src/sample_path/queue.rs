@@ -101,8 +101,15 @@ pub struct Queue {
     latest: usize,
 }
 
+impl Default for Queue {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Queue {
     /// An empty queue for blocks of one scan.
+    #[must_use]
     pub const fn new() -> Self {
         let nothing = Context {
             supply: 0.0,

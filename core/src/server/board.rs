@@ -8,9 +8,9 @@ use crate::live_pose::JackBlock;
 use crate::sample_path::Path;
 use crate::sampling::BlockSize;
 use crate::storage::StorageCommand;
+use crate::wire::Identity;
 use crate::wire::hello::Greeting;
 use crate::wire::status::{EventCount, Events, Resets, StackUse};
-use crate::wire::Identity;
 
 /// Message of a panic before the start.
 pub type PanicMessage = heapless::String<128>;

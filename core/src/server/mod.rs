@@ -76,7 +76,8 @@ impl<B: Board> Server<B> {
     /// Takes in what the host sent; returns the length of the frame to send back, if there is one by now.
     pub fn take_in(&mut self, closed: Closed<'_>, out: &mut [u8]) -> Option<usize> {
         let Closed::Frame(bytes) = closed else {
-            self.board.count(|events| &mut events.frames_of_wrong_length);
+            self.board
+                .count(|events| &mut events.frames_of_wrong_length);
             return None;
         };
         let Frame {

@@ -95,8 +95,14 @@ impl Solving {
         let motion = Tracker::new(input.base, input.jacks)
             .map_err(PoseRefusal::Base)
             .and_then(|tracker| {
-                Motion::new(&tracker, &solved.jacks, &solved.sensors, input.supply, omega)
-                    .map_err(PoseRefusal::from)
+                Motion::new(
+                    &tracker,
+                    &solved.jacks,
+                    &solved.sensors,
+                    input.supply,
+                    omega,
+                )
+                .map_err(PoseRefusal::from)
             });
         Ok(Response::Motion {
             drive: first.drive,
