@@ -40,6 +40,10 @@ pub const TRIGGER_PRESCALER: u32 = 4;
 pub const SUPPLY_READINGS: u8 = 16;
 /// Conversions that one reading of the supply adds up.
 pub const SUPPLY_OVERSAMPLING: u32 = 256;
+/// Conversions of ADC5 for a reading: one that is thrown away, VREFINT, and the temperature.
+pub const SUPPLY_CONVERSIONS: u32 = 3;
+/// Sampling time of such a conversion, half cycles: 640.5 cycles, the longest, which the internal sources need.
+pub const SUPPLY_SAMPLING_HALF_CYCLES: u32 = 1_281;
 
 /// What the core and the host must know of this board.
 pub const FACTS: BoardFacts = BoardFacts {

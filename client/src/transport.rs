@@ -13,7 +13,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
-use hexsense_core::wire::BAUD;
+use hexsense_core::wire::hello::BAUD;
 use serialport::SerialPort;
 
 use super::lockstep::Lockstep;

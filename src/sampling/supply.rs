@@ -17,7 +17,9 @@ use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
 use embassy_stm32::peripherals::DMA1_CH3;
 use embassy_stm32::{bind_interrupts, dma, pac};
 use embassy_time::{Ticker, Timer};
-use hexsense::{FACTS, SUPPLY_OVERSAMPLING, SUPPLY_READINGS};
+use hexsense::{
+    FACTS, SUPPLY_CONVERSIONS, SUPPLY_OVERSAMPLING, SUPPLY_READINGS, SUPPLY_SAMPLING_HALF_CYCLES,
+};
 use hexsense_core::server::SupplyReading;
 
 use crate::chip::pins;
@@ -37,6 +39,13 @@ fn approach(mean: &mut SupplyReading, new: SupplyReading) {
     mean.factor += weight * (new.factor - mean.factor);
     mean.temperature_c += weight * (new.temperature_c - mean.temperature_c);
 }
+
+/// Sampling time of the internal channels.
+const SAMPLE_TIME: SampleTime = SampleTime::CYCLES640_5;
+const _: () = assert!(
+    SUPPLY_SAMPLING_HALF_CYCLES == 1_281,
+    "the sampling time is not that of the library"
+);
 
 /// What the factory noted about this chip: 12-bit codes at a supply of 3.0 V.
 struct Factory {
@@ -102,13 +111,13 @@ pub async fn measure(mut parts: pins::Supply, shared: &'static Shared) -> ! {
         temperature_c: 0.0,
         readings: 0,
     };
-    let mut codes = [0u16; 3];
+    let mut codes = [0u16; SUPPLY_CONVERSIONS as usize];
     let mut ticker = Ticker::every(SUPPLY_PERIOD);
     loop {
         let sequence = [
-            (&mut discarded, SampleTime::CYCLES640_5),
-            (&mut vrefint, SampleTime::CYCLES640_5),
-            (&mut temperature, SampleTime::CYCLES640_5),
+            (&mut discarded, SAMPLE_TIME),
+            (&mut vrefint, SAMPLE_TIME),
+            (&mut temperature, SAMPLE_TIME),
         ];
         adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
             .await;

@@ -19,5 +19,7 @@ pub fn sums(values: &[Values]) -> [f32; 3] {
 
 /// Roll and pitch, rad, from a block's [`sums`]; wrong while the base accelerates.
 pub fn tilt([ax, ay, az]: [f32; 3]) -> [f32; 2] {
-    [(-az).atan2(ay), ax.atan2((ay * ay + az * az).sqrt())]
+    // By the trait's name: where the standard library is linked, its exact functions have the same names.
+    let radial = F32Ext::sqrt(ay * ay + az * az);
+    [F32Ext::atan2(-az, ay), F32Ext::atan2(ax, radial)]
 }

@@ -1,6 +1,7 @@
 //! From the trigger of a block's last scan to its calibrated values, and to its first bit on the line.
 
-use hexsense_core::sampling::{BlockSize, RANK_NS};
+use hexsense::FACTS;
+use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Request;
 
 use crate::bench::Board;
@@ -41,7 +42,7 @@ fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() {
         let least = late.clone().fold(f64::INFINITY, f64::min);
         let most = late.fold(f64::NEG_INFINITY, f64::max);
         let path_us = f64::from(cycles.max) / CORE_MHZ;
-        let value_us = 9.0 * f64::from(RANK_NS) * 1e-3 + path_us;
+        let value_us = 9.0 * f64::from(FACTS.rank_ns) * 1e-3 + path_us;
         println!(
             "| {} | {value_us:.1} | {} to {} | {least:.0} | {most:.0} |",
             block.scans(),

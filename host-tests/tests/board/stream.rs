@@ -1,8 +1,9 @@
 //! The stream: whole at every block and rate that the link carries, and its values those of its counts.
 
+use hexsense::FACTS;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::increment;
-use hexsense_core::sampling::{BlockSize, Calibrator, RATES_HZ};
+use hexsense_core::sampling::{BlockSize, Calibrator};
 use hexsense_core::wire::status::Events;
 use hexsense_core::wire::telemetry::{bits_per_second, scans_of_frame};
 use hexsense_core::wire::{Drive, Request, Response, StreamContent};
@@ -59,7 +60,7 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
         values: false,
         pose: false,
     };
-    for rate_hz in RATES_HZ {
+    for rate_hz in FACTS.rates_hz {
         let mut board = Board::on(&format!("gathered-{rate_hz}"));
         board.order(&Request::Rate(rate_hz));
         board.stream(false, false);
@@ -70,14 +71,14 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
             board.run_s(1.0);
             let what = format!("{block:?} at {rate_hz} Hz");
             assert_whole(&board, &what);
-            let due = scans_of_frame(counts, rate_hz, block);
+            let due = scans_of_frame(counts, rate_hz, block, FACTS.max_telemetry_bits_per_s());
             let scans = |arrived: &Arrived| usize::from(arrived.block.header.scans);
             let whole = board.blocks.iter().filter(|arrived| scans(arrived) == due);
             // With each of ten readings of the supply a frame may end early, and another at the end of the ring.
             assert!(whole.count() + 22 >= board.blocks.len(), "{what}");
             assert!(board.blocks.iter().all(|arrived| scans(arrived) <= due));
             let bytes: usize = board.blocks.iter().map(|arrived| arrived.bytes).sum();
-            let stated = bits_per_second(counts, rate_hz, block);
+            let stated = bits_per_second(counts, rate_hz, block, FACTS.max_telemetry_bits_per_s());
             assert!(bytes * 10 <= stated as usize + 10_000, "{what}: {bytes}");
         }
         let status = board.status();
