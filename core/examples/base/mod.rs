@@ -12,7 +12,7 @@ pub fn base() -> Geometry<f64> {
         Vector3::new(radius_m * cosine, 0.0, radius_m * sine)
     };
     let pair_deg = |jack: usize| 120.0 * (jack / 2) as f64;
-    let side_deg = |jack: usize| if jack % 2 == 0 { -52.0 } else { 52.0 };
+    let side_deg = |jack: usize| if jack.is_multiple_of(2) { -52.0 } else { 52.0 };
     let lower = std::array::from_fn(|jack| on_circle(2.20, pair_deg(jack) + side_deg(jack)));
     let upper = std::array::from_fn(|jack| on_circle(1.50, pair_deg(jack)));
     // Without a home height, home is where the jacks are at mid-stroke.
