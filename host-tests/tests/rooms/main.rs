@@ -65,7 +65,7 @@ fn without_circle(folder: &str, library: &str) {
 
 #[test]
 fn the_firmware_has_no_circle() {
-    without_circle("src", "firmware");
+    without_circle("src", "hexsense");
 }
 
 #[test]
