@@ -213,6 +213,7 @@ fn an_arrow_against_the_architecture_is_forbidden() {
         ("hexsense-core", "hexsense-client", Some("dev")),
         ("twin", "hexsense-core", None),
         ("hexsense-probe", "twin", None),
+        ("hexsense-probe", "hexsense", None),
         ("hexsense-probe", "xtask", Some("dev")),
         ("xtask", "virtual-board", None),
         ("a-new-crate", "hexsense-core", None),

@@ -14,6 +14,9 @@ struct Rule {
     in_tests: &'static [&'static str],
 }
 
+/// The library of `hexsense` is the numbers of this board, for the firmware and for tests; a host tool has them from the
+/// board that it talks to.
+///
 /// Nothing links `virtual-board`: it is GPL-2.0 as a whole, and a process of its own. Nothing but `xtask` depends on the
 /// tests, and nothing on `xtask`.
 const RULES: &[Rule] = &[
@@ -24,16 +27,17 @@ const RULES: &[Rule] = &[
     rule(
         "hexsense-probe",
         &["geometries", "hexsense-client", "hexsense-core"],
-        &["hostile", "twin"],
+        &["hexsense", "hostile", "twin"],
     ),
     rule("twin", &["geometries"], &[]),
     rule("virtual-board", &[], &[]),
     rule("sample-path-bench", &["hexsense-core"], &[]),
-    rule("hostile", &["hexsense-core"], &[]),
+    rule("hostile", &["hexsense", "hexsense-core"], &[]),
     rule(
         "host-tests",
         &[
             "geometries",
+            "hexsense",
             "hexsense-client",
             "hexsense-core",
             "hexsense-probe",
@@ -46,6 +50,7 @@ const RULES: &[Rule] = &[
         "board-tests",
         &[
             "geometries",
+            "hexsense",
             "hexsense-client",
             "hexsense-core",
             "hexsense-probe",
