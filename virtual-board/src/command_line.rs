@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use virtual_board::bench::link::LinkAddress;
+use virtual_board::link::LinkAddress;
 
 /// A NUCLEO-G474RE without the hardware: runs an unmodified firmware ELF on an emulated STM32G474 in virtual time.
 ///

@@ -10,7 +10,8 @@
 
 use defmt_decoder::{DecodeError, Locations, StreamDecoder, Table};
 
-use crate::machine::memory::{Block, RAM_BASE};
+use crate::memory::RAM_BASE;
+use crate::memory::block::Block;
 
 const MAGIC: &[u8; 10] = b"SEGGER RTT";
 const FIRST_CHANNEL: usize = 24;

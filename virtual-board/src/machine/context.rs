@@ -3,13 +3,12 @@
 
 use std::collections::HashSet;
 
-use super::bus::{Bus, FLASH_SIZE};
 use super::counting::Counting;
 use super::faults::{BadAccess, Fault};
 use super::instructions::BlockTable;
-use super::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, RAM_BASE, RAM_SIZE};
+use crate::bus::Bus;
 use crate::firmware::log::FirmwareLog;
-use crate::peripherals::flash::BANK_SIZE;
+use crate::memory::{BANK_SIZE, CCM_BASE, CCM_SIZE, FLASH_BASE, FLASH_SIZE, RAM_BASE, RAM_SIZE};
 use crate::peripherals::nvic::Masks;
 use crate::peripherals::rcc::ResetCause;
 use crate::peripherals::{Cycles, NEVER};

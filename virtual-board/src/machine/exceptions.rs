@@ -10,9 +10,10 @@
 use unicorn_engine::RegisterARM;
 
 use super::context::Sleep;
-use super::core::{Machine, Stop};
+use super::core::Machine;
 use super::faults::{Fault, exception_name};
 use super::hooks::IT_STATE;
+use super::stop::Stop;
 use crate::peripherals::nvic::{HARD_FAULT, SV_CALL};
 
 /// Cycles from the acceptance of an exception to the first instruction of its handler, and back (Cortex-M4 TRM).

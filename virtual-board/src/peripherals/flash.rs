@@ -17,15 +17,9 @@ use rand_chacha::rand_core::Rng as _;
 
 use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
 use crate::injection::Progress;
-use crate::machine::ecc::Flaw;
-use crate::machine::memory::FlashMemory;
-
-/// Size of the memory, bytes.
-pub const SIZE: usize = 512 * 1024;
-/// Size of one bank, bytes.
-pub const BANK_SIZE: usize = SIZE / 2;
-/// Size of a page, bytes: what an erase operation erases.
-pub const PAGE_SIZE: usize = 2048;
+use crate::memory::ecc::Flaw;
+use crate::memory::flash::FlashMemory;
+use crate::memory::{BANK_SIZE, FLASH_SIZE, PAGE_SIZE};
 
 /// Duration of an operation, s (data sheet DS12288, table "Flash memory characteristics", typical).
 const PROGRAM_S: f64 = 85.0e-6;
@@ -399,7 +393,7 @@ impl Flash {
                     PAGE_ERASE_S,
                 )
             }
-            (false, true, true) => (0, SIZE, MASS_ERASE_S),
+            (false, true, true) => (0, FLASH_SIZE, MASS_ERASE_S),
             (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),
         };
         let end = now + (duration_s * self.core_hz) as Cycles;

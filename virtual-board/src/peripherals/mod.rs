@@ -2,7 +2,7 @@
 //!
 //! A model knows its registers and the passing of time, and nothing of the other models: it is given the time in core
 //! cycles with every call, says when it next wants to be called ([`NEVER`] if it does not), and shows its interrupt
-//! line and DMA requests as levels. [`crate::machine::bus`] wires the models together.
+//! line and DMA requests as levels. [`crate::bus`] wires the models together.
 
 pub mod adc;
 pub mod crc;

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use virtual_board::injection::Progress;
-use virtual_board::machine::ecc::Flaw;
-use virtual_board::machine::memory::{FlashFileError, FlashMemory};
-use virtual_board::peripherals::flash::{BANK_SIZE, Flash, SIZE};
+use virtual_board::memory::ecc::Flaw;
+use virtual_board::memory::flash::{FlashFileError, FlashMemory};
+use virtual_board::memory::{BANK_SIZE, FLASH_SIZE};
+use virtual_board::peripherals::flash::Flash;
 
 const KEYR: u32 = 0x08;
 const SR: u32 = 0x10;
@@ -393,7 +394,10 @@ fn a_file_of_another_size_is_refused_and_left_alone() {
     std::fs::write(&path, [1, 2, 3]).unwrap();
     let error = FlashMemory::open(&path).unwrap_err();
     assert!(matches!(error, FlashFileError::Size { found: 3, .. }));
-    assert!(error.to_string().contains(&SIZE.to_string()), "{error}");
+    assert!(
+        error.to_string().contains(&FLASH_SIZE.to_string()),
+        "{error}"
+    );
     assert_eq!(std::fs::read(&path).unwrap(), [1, 2, 3]);
     std::fs::remove_file(&path).unwrap();
 }

@@ -5,12 +5,12 @@
 
 use super::map::{ADC_INTERRUPTS, DMA_INTERRUPTS, EXTI_INTERRUPTS, TIMERS, Unit};
 use super::{Bus, map};
-use crate::bench::pinout::{self, Input};
-use crate::machine::system_memory::sensor_voltage;
+use crate::memory::system::sensor_voltage;
 use crate::peripherals::dmamux::request;
 use crate::peripherals::nvic::SYS_TICK;
 use crate::peripherals::rcc::ResetCause;
 use crate::peripherals::{Cycles, NEVER, dma};
+use crate::pins::pinout::{self, Input};
 
 const FIRST_TIMER: usize = 0;
 const FIRST_ADC: usize = FIRST_TIMER + TIMERS.len();

@@ -9,6 +9,7 @@ pub mod events;
 mod injected;
 pub mod map;
 pub mod remarks;
+pub mod timebase;
 pub mod triggers;
 
 use rand_chacha::ChaCha8Rng;
@@ -18,18 +19,18 @@ use self::events::SOURCES;
 use self::injected::Stalls;
 use self::map::{TIMERS, Unit};
 use self::remarks::Remarks;
+use self::timebase::{OscillatorErrors, Timebase};
 use self::triggers::Triggers;
-use super::clock::{OscillatorErrors, Timebase};
-use super::memory::{Block, FlashMemory, RAM_SIZE};
-use super::system_memory;
-use crate::bench::pins::{BoardParameters, Pins};
+use crate::memory::block::Block;
+use crate::memory::flash::FlashMemory;
+use crate::memory::{RAM_SIZE, system};
 use crate::peripherals::adc::{Adc, AdcCommon};
 use crate::peripherals::crc::Crc;
 use crate::peripherals::debug::Debug;
 use crate::peripherals::dma::Dma;
 use crate::peripherals::dmamux::Dmamux;
 use crate::peripherals::exti::Exti;
-use crate::peripherals::flash::{self, Flash};
+use crate::peripherals::flash::Flash;
 use crate::peripherals::gpio::Gpio;
 use crate::peripherals::iwdg::Iwdg;
 use crate::peripherals::lpuart::Lpuart;
@@ -41,6 +42,7 @@ use crate::peripherals::syscfg::Syscfg;
 use crate::peripherals::systick::SysTick;
 use crate::peripherals::timer::{Shape, Timer};
 use crate::peripherals::{Cycles, NEVER};
+use crate::pins::{BoardParameters, Pins};
 
 /// The internal oscillator is off by up to this, relatively (data sheet, 0 to 85 °C).
 const HSI_TOLERANCE: f64 = 0.01;
@@ -148,7 +150,7 @@ impl Bus {
             flash: Flash::new(seeded(Stream::Tearing as u64), core_hz),
             flash_memory,
             ram,
-            system: system_memory::build(parameters.unique_id, parameters.vrefint_v),
+            system: system::build(parameters.unique_id, parameters.vrefint_v),
             pins,
             iwdg: Iwdg::new(core_hz),
             remarks: Remarks::default(),
@@ -261,6 +263,3 @@ fn fill(ram: &mut Block, noise: &mut ChaCha8Rng) {
     noise.fill_bytes(&mut content);
     assert!(ram.write(0, &content), "sizes agree");
 }
-
-/// Bytes of flash memory, for callers that map it.
-pub const FLASH_SIZE: usize = flash::SIZE;

@@ -13,7 +13,8 @@
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-use super::link::{LinkError, print_counts};
+use super::counts::print_counts;
+use super::error::LinkError;
 use crate::machine::Machine;
 
 /// The machine stops for the host when so many bytes wait.

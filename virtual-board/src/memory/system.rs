@@ -1,8 +1,8 @@
 //! The factory words of the system memory (data sheet DS12288, 3.18; RM0440 chapter 48): calibration of the internal
 //! channels, unique identifier, size of the flash memory, package.
 
-use super::memory::{Block, SYSTEM_BASE, SYSTEM_SIZE};
-use crate::peripherals::flash;
+use super::block::Block;
+use super::{SYSTEM_BASE, SYSTEM_SIZE};
 
 /// Supply at which the factory calibrated the internal channels, V.
 const CALIBRATION_SUPPLY_V: f64 = 3.0;
@@ -17,7 +17,7 @@ const TS_CAL1: u32 = 0x1FFF_75A8;
 const VREFINT_CAL: u32 = 0x1FFF_75AA;
 const TS_CAL2: u32 = 0x1FFF_75CA;
 const PACKAGE: u32 = 0x1FFF_7500;
-const FLASH_SIZE: u32 = 0x1FFF_75E0;
+const FLASH_KILOBYTES: u32 = 0x1FFF_75E0;
 const OPTION_BYTES: u32 = 0x1FFF_7800;
 /// Package code of LQFP64.
 const LQFP64: u16 = 0b0_0000;
@@ -42,7 +42,10 @@ pub fn build(unique_id: [u8; 12], vrefint_v: f64) -> Block {
     put(TS_CAL1, &code(sensor_voltage(CALIBRATION_C[0])));
     put(TS_CAL2, &code(sensor_voltage(CALIBRATION_C[1])));
     put(PACKAGE, &LQFP64.to_le_bytes());
-    put(FLASH_SIZE, &((flash::SIZE / 1024) as u16).to_le_bytes());
+    put(
+        FLASH_KILOBYTES,
+        &((super::FLASH_SIZE / 1024) as u16).to_le_bytes(),
+    );
     put(OPTION_BYTES, &0xFFEF_F8AA_u32.to_le_bytes());
     block
 }

@@ -2,7 +2,7 @@
 
 use super::map::{self, Unit};
 use super::{Bus, NothingThere};
-use crate::machine::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, RAM_BASE, RAM_SIZE, SYSTEM_BASE};
+use crate::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, RAM_BASE, RAM_SIZE, SYSTEM_BASE};
 use crate::peripherals::adc::{Adc, AdcCommon};
 use crate::peripherals::crc::Crc;
 use crate::peripherals::dma::Dma;

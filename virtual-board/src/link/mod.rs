@@ -1,28 +1,22 @@
 //! Where the host is connected: `--link tcp:ADDR`, `--link pty` or `--link lockstep:ADDR`.
 
+pub mod cable;
+pub mod counts;
+pub mod error;
+pub mod lockstep;
+pub mod pty;
+
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::str::FromStr;
 
-use thiserror::Error;
+pub use self::counts::print_counts;
+pub use self::error::LinkError;
 
-use super::cable::{Cable, Pty};
-use super::lockstep::Lockstep;
-use crate::machine::{Machine, Stop};
-
-/// Prints the counts of instructions, if any were asked for, as one line of JSON.
-pub fn print_counts(machine: &Machine) {
-    if let Some(counts) = machine.counts() {
-        println!(
-            "{}",
-            serde_json::json!({
-                "executed": machine.executed(),
-                "counts": counts,
-                "triggers": machine.bus().triggers.runs(),
-            })
-        );
-    }
-}
+use self::cable::Cable;
+use self::lockstep::Lockstep;
+use self::pty::Pty;
+use crate::machine::Machine;
 
 /// What `--link` says.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,30 +43,6 @@ impl FromStr for LinkAddress {
             ),
         }
     }
-}
-
-/// Why the link cannot be opened, or has failed.
-#[derive(Debug, Error)]
-pub enum LinkError {
-    /// The address cannot be listened on.
-    #[error(
-        "--link {address}: {source} (another process may listen there; port 0 picks a free one)"
-    )]
-    Listen {
-        /// The address.
-        address: String,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// No pseudo-terminal can be had.
-    #[error("--link pty: {0}")]
-    Pty(io::Error),
-    /// The link broke in a way that waiting does not heal.
-    #[error("the link failed: {0}")]
-    Failed(#[from] io::Error),
-    /// The machine stopped.
-    #[error(transparent)]
-    Machine(#[from] Stop),
 }
 
 /// An open link, waiting for its host.
