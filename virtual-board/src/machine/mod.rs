@@ -4,6 +4,7 @@
 //! of a peripheral. Events are carried out at their own instants, so that timers and converters are exact whatever
 //! the core does; interrupts are taken at the next boundary of a basic block.
 
+mod accesses;
 mod context;
 pub mod core;
 pub mod counting;

@@ -8,13 +8,17 @@
 //! (DS12288); a switch of the system clock waits for its source. Clock security and oscillator interrupts are not
 //! modelled.
 
+mod clocks;
+mod tree;
+
+pub use self::clocks::{Clocks, Source};
+
 use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
 
 /// Frequency of the high-speed internal oscillator, Hz.
 pub const HSI_HZ: u32 = 16_000_000;
 /// Frequency of the board's crystal, Hz.
 pub const HSE_HZ: u32 = 24_000_000;
-const LSE_HZ: u32 = 32_768;
 
 const REGISTERS: usize = 0xA0 / 4;
 const CR: usize = 0;
@@ -22,7 +26,6 @@ const ICSCR: usize = 1;
 const CFGR: usize = 0x08 / 4;
 const PLLCFGR: usize = 0x0C / 4;
 const AHB1ENR: usize = 0x48 / 4;
-const CCIPR: usize = 0x88 / 4;
 const BDCR: usize = 0x90 / 4;
 const CSR: usize = 0x94 / 4;
 const CRRCR: usize = 0x98 / 4;
@@ -69,34 +72,6 @@ impl ResetCause {
             Self::OptionBytes => 1 << 25,
         }
     }
-}
-
-/// Which source the system clock comes from in the end: it decides how wrong the clock is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// The internal RC oscillator, good to about 1 %.
-    Internal,
-    /// The board's crystal.
-    Crystal,
-}
-
-/// Nominal frequencies of the clock tree, Hz; zero is a clock that does not run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Clocks {
-    /// Where the system clock comes from.
-    pub source: Source,
-    /// Core and buses.
-    pub hclk: u32,
-    /// Timers on bus APB1.
-    pub apb1_timers: u32,
-    /// Timers on bus APB2.
-    pub apb2_timers: u32,
-    /// Kernel clock of LPUART1.
-    pub lpuart1: u32,
-    /// Kernel clock of ADC1 and ADC2.
-    pub adc12: u32,
-    /// Kernel clock of ADC3, ADC4 and ADC5.
-    pub adc345: u32,
 }
 
 /// The controller.
@@ -191,44 +166,6 @@ impl Rcc {
         }
     }
 
-    /// The clock tree as it is now.
-    pub fn clocks(&self) -> Clocks {
-        let cfgr = self.registers[CFGR];
-        let (system, source) = match field(cfgr, 2, 2) {
-            2 => (HSE_HZ, Source::Crystal),
-            3 => (self.pll_output(24, 25), self.pll_source()),
-            _ => (HSI_HZ, Source::Internal),
-        };
-        let hclk = system / ahb_divider(field(cfgr, 4, 4));
-        let (apb1, apb2) = (
-            apb_divider(field(cfgr, 8, 3)),
-            apb_divider(field(cfgr, 11, 3)),
-        );
-        // Timers run at twice a divided bus clock (RM0440 7.2.14).
-        let timers = |divider: u32| {
-            if divider == 1 {
-                hclk
-            } else {
-                2 * hclk / divider
-            }
-        };
-        let ccipr = self.registers[CCIPR];
-        let adc = |selection| match selection {
-            1 => self.pll_p_output(),
-            2 => system,
-            _ => 0,
-        };
-        Clocks {
-            source,
-            hclk,
-            apb1_timers: timers(apb1),
-            apb2_timers: timers(apb2),
-            lpuart1: [hclk / apb1, system, HSI_HZ, LSE_HZ][field(ccipr, 10, 2) as usize],
-            adc12: adc(field(ccipr, 28, 2)),
-            adc345: adc(field(ccipr, 30, 2)),
-        }
-    }
-
     /// Whether bit `index` of the enable register at `offset` is set: a peripheral without clock cannot be accessed.
     pub fn enabled(&self, offset: u32, index: u32) -> bool {
         bit(self.registers[offset as usize / 4], index)
@@ -281,49 +218,6 @@ impl Rcc {
         const OUTPUTS: u32 = 1 << 16 | 1 << 20 | 1 << 24;
         bit(self.registers[CR], 24) && (old ^ value) & !OUTPUTS != 0
     }
-
-    fn pll_source(&self) -> Source {
-        if field(self.registers[PLLCFGR], 0, 2) == 3 {
-            Source::Crystal
-        } else {
-            Source::Internal
-        }
-    }
-
-    fn vco_hz(&self) -> u64 {
-        let pllcfgr = self.registers[PLLCFGR];
-        let input = match field(pllcfgr, 0, 2) {
-            2 => HSI_HZ,
-            3 => HSE_HZ,
-            _ => 0,
-        };
-        u64::from(input) * u64::from(field(pllcfgr, 8, 7)) / u64::from(field(pllcfgr, 4, 4) + 1)
-    }
-
-    /// Output Q or R: enable bit, and the lowest bit of the two that divide by 2, 4, 6 or 8.
-    fn pll_output(&self, enable: u32, divider: u32) -> u32 {
-        let pllcfgr = self.registers[PLLCFGR];
-        let divider = u64::from(2 * (field(pllcfgr, divider, 2) + 1));
-        if bit(pllcfgr, enable) {
-            (self.vco_hz() / divider) as u32
-        } else {
-            0
-        }
-    }
-
-    fn pll_p_output(&self) -> u32 {
-        let pllcfgr = self.registers[PLLCFGR];
-        let divider = match (field(pllcfgr, 27, 5), bit(pllcfgr, 17)) {
-            (0, false) => 7,
-            (0, true) => 17,
-            (divider, _) => u64::from(divider),
-        };
-        if bit(pllcfgr, 16) {
-            (self.vco_hz() / divider) as u32
-        } else {
-            0
-        }
-    }
 }
 
 /// The bits of a register that only the hardware sets.
@@ -332,16 +226,4 @@ fn ready_mask(index: usize) -> u32 {
         .iter()
         .filter(|(register, ..)| *register == index)
         .fold(0, |bits, (_, _, ready, _)| bits | 1 << ready)
-}
-
-fn ahb_divider(code: u32) -> u32 {
-    match code {
-        0..=7 => 1,
-        8..=11 => 2 << (code - 8),
-        _ => 64 << (code - 12),
-    }
-}
-
-fn apb_divider(code: u32) -> u32 {
-    if code < 4 { 1 } else { 2 << (code - 4) }
 }
