@@ -1,11 +1,11 @@
-//! What follows from a change of the clock tree.
+//! The effects of a change of the clock tree.
 
 use super::Bus;
 use super::map::TIMERS;
 use crate::peripherals::rcc::Clocks;
 
 impl Bus {
-    /// The clock tree may have changed.
+    /// Applies the clock tree if it has changed.
     pub(super) fn change_clocks(&mut self) {
         let clocks = self.rcc.clocks();
         if clocks != self.clocks {
@@ -13,7 +13,7 @@ impl Bus {
         }
     }
 
-    /// Tells everyone how the clock tree is now.
+    /// Tells every peripheral the present clock tree.
     pub(super) fn apply_clocks(&mut self, clocks: Clocks) {
         let now = self.now;
         self.clocks = clocks;
@@ -50,7 +50,7 @@ impl Bus {
         }
     }
 
-    /// A chip outside of its limits may do anything; the model goes on, and says so.
+    /// A chip outside of its limits may do anything; the model goes on and reports it.
     pub(super) fn check_limits(&mut self) {
         let hclk = self.clocks.hclk;
         let now_s = self.now_s();

@@ -1,7 +1,7 @@
-//! Events in order of time, and what follows from them: triggers, DMA transfers, interrupt lines.
+//! Events in order of time, and their effects: triggers, DMA transfers, interrupt lines.
 //!
-//! Every peripheral with a sense of time has a deadline. The earliest is carried out at its own instant, then the next,
-//! until all that was due has happened.
+//! Every peripheral with a sense of time has a deadline. The bus carries out the earliest event at its own instant,
+//! then the next, until no event is due.
 
 use super::map::{ADC_INTERRUPTS, DMA_INTERRUPTS, EXTI_INTERRUPTS, TIMERS, Unit};
 use super::{Bus, map};
@@ -20,19 +20,19 @@ const IWDG: usize = FLASH + 1;
 const RNG: usize = IWDG + 1;
 const SYSTICK: usize = RNG + 1;
 const STALL: usize = SYSTICK + 1;
-/// A channel that does not satisfy the request that it answers would be served for ever; this is where it ends.
+/// Most transfers in a row: a channel that does not satisfy its request would be served for ever.
 const MAX_TRANSFERS: u32 = 64;
 /// Number of peripherals with deadlines.
 pub const SOURCES: usize = STALL + 1;
 
 impl Bus {
-    /// When something happens next.
+    /// Instant of the next event.
     #[inline]
     pub fn next_event(&self) -> Cycles {
         self.next_deadline
     }
 
-    /// Lets everything happen up to and including `until`.
+    /// Carries out all events up to and including `until`.
     pub fn run_events(&mut self, until: Cycles) {
         while self.next_deadline <= until {
             let at = self.next_deadline;
@@ -116,7 +116,7 @@ impl Bus {
         });
     }
 
-    /// What a unit shows to the outside may have changed: deadline, interrupt lines, triggers, DMA listeners.
+    /// Updates what depends on a unit's state: deadline, interrupt lines, triggers, DMA listeners.
     pub(super) fn refresh(&mut self, unit: Unit) {
         match unit {
             Unit::Timer(index) => {
@@ -172,7 +172,7 @@ impl Bus {
         }
     }
 
-    /// Requests that were held up until `end` must be served then.
+    /// Sets the instant at which the requests that a stall holds back must be served.
     pub(super) fn expect_end_of_stall(&mut self, end: Cycles) {
         self.set_deadline(STALL, end);
     }
@@ -197,7 +197,7 @@ impl Bus {
         self.refresh_systick();
     }
 
-    /// Serves DMA requests until none is left.
+    /// Serves DMA requests until no request is left.
     pub(super) fn settle(&mut self) {
         let mut index = 0;
         let mut moved = 0;

@@ -1,4 +1,4 @@
-//! Faults of the bus that are made on purpose: stalls, the end of the power, a crystal that stops.
+//! Injected faults of the bus: stalls, the end of the power, a crystal that stops.
 
 use super::map::Unit;
 use super::{Bus, fill};
@@ -6,7 +6,7 @@ use crate::injection::Served;
 use crate::peripherals::rcc::Source;
 use crate::peripherals::{Cycles, dmamux::request};
 
-/// Until when something does not work.
+/// The end of each stall.
 #[derive(Debug, Default)]
 pub(super) struct Stalls {
     converter_dma: Cycles,
@@ -16,7 +16,7 @@ pub(super) struct Stalls {
 }
 
 impl Stalls {
-    /// Whether a DMA request is not served at `now`.
+    /// Whether a stall holds back a DMA request at `now`.
     pub(super) fn hold(&self, number: u8, now: Cycles) -> bool {
         let until = match number {
             request::LPUART1_RX => self.receiver_dma,
@@ -29,7 +29,7 @@ impl Stalls {
 }
 
 impl Bus {
-    /// DMA serves nothing of this for so long, µs.
+    /// DMA does not serve `of` for this duration, µs.
     pub fn stall_dma(&mut self, of: Served, duration_us: u64) {
         let end = self.later(duration_us);
         match of {
@@ -40,14 +40,14 @@ impl Bus {
         self.expect_end_of_stall(end);
     }
 
-    /// No flash operation ends before so long, µs.
+    /// No flash operation ends within this duration, µs.
     pub fn stall_flash(&mut self, duration_us: u64) {
         let end = self.later(duration_us);
         self.flash.hold_up(end);
         self.refresh(Unit::Flash);
     }
 
-    /// The converters miss all triggers for so long, µs.
+    /// The converters miss all triggers for this duration, µs.
     pub fn stall_triggers(&mut self, duration_us: u64) {
         self.stalls.triggers = self.later(duration_us);
     }

@@ -1,5 +1,4 @@
-//! The memory map (RM0440 2.2.2): which peripheral answers at an address, its name, its clock enable bit, its
-//! interrupt.
+//! The memory map (RM0440 2.2.2): the peripheral at an address, its name, its clock enable bit, its interrupt.
 
 /// A peripheral that the model has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,7 +184,7 @@ impl Unit {
         })
     }
 
-    /// Every unit that the bits set in a reset register of the RCC concern.
+    /// Every unit that the bits in a reset register of the RCC reset.
     pub fn reset_by(offset: u32, bits: u32) -> impl Iterator<Item = Self> {
         let enable = offset + RESET_BENEATH_ENABLE;
         let fixed = [

@@ -44,10 +44,10 @@ use crate::peripherals::timer::{Shape, Timer};
 use crate::peripherals::{Cycles, NEVER};
 use crate::pins::{BoardParameters, Pins};
 
-/// The internal oscillator is off by up to this, relatively (data sheet, 0 to 85 °C).
+/// Largest relative error of the internal oscillator (data sheet, 0 to 85 °C).
 const HSI_TOLERANCE: f64 = 0.01;
 
-/// Streams of the seeded generator, so that no consumer's use shifts another's numbers.
+/// Streams of the seeded generator: the use of one stream does not shift the numbers of another.
 enum Stream {
     Converter = 0, // to 4
     RandomNumbers = 8,
@@ -56,13 +56,13 @@ enum Stream {
     InternalOscillator = 11,
 }
 
-/// An access to an address at which there is nothing.
+/// An access to an address without memory or peripheral.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NothingThere;
 
 /// Everything but the core.
 pub struct Bus {
-    /// The instant up to which everything has happened.
+    /// The instant up to which all events have been carried out.
     pub now: Cycles,
     /// Cycles to true time.
     pub timebase: Timebase,
@@ -86,13 +86,13 @@ pub struct Bus {
     pub iwdg: Iwdg,
     /// When the converters were triggered.
     pub triggers: Triggers,
-    /// What has been remarked on.
+    /// Remarks that have been printed.
     pub remarks: Remarks,
-    /// Where the core is, roughly, for remarks.
+    /// Approximate program counter of the core, for remarks.
     pub near_pc: u32,
     /// A reset that must be carried out before the core goes on.
     pub reset_request: Option<ResetCause>,
-    /// The core's clock has changed: instants in cycles are others now.
+    /// The core's clock has changed, so that instants in cycles have changed too.
     pub clock_changed: bool,
     /// Writing the flash file failed.
     pub flash_file_failure: Option<std::io::Error>,
@@ -114,7 +114,7 @@ pub struct Bus {
     crc: Crc,
     systick: SysTick,
     stalls: Stalls,
-    /// What the SRAM comes up with when it was without power.
+    /// Content of the SRAM after a loss of power.
     ram_noise: ChaCha8Rng,
     deadlines: [Cycles; SOURCES],
     next_deadline: Cycles,
@@ -257,7 +257,7 @@ fn shape(index: usize) -> Shape {
     }
 }
 
-/// SRAM comes up with whatever its cells fall into.
+/// Fills the SRAM with random content, as after power-on.
 fn fill(ram: &mut Block, noise: &mut ChaCha8Rng) {
     let mut content = vec![0; ram.size()];
     noise.fill_bytes(&mut content);

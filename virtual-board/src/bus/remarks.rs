@@ -1,4 +1,4 @@
-//! Remarks on what the firmware does and the model does not: each is written to stderr once.
+//! Remarks on actions of the firmware that the model does not support: each is written to stderr once.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ pub struct Remarks {
 }
 
 impl Remarks {
-    /// Remarks on an access to `address` by the code at `pc`, unless that has been said before.
+    /// Remarks on an access to `address` by the code at `pc`, once for each access and reason.
     pub fn access(
         &mut self,
         now_s: f64,

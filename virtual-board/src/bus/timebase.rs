@@ -1,6 +1,6 @@
 //! From core cycles to true time.
 //!
-//! The core's clock is off by the error of its source, so cycles and seconds are two things:
+//! The core's clock has the error of its source, so cycles and seconds differ:
 //!
 //! ```text
 //! t = t0 + (cycles − cycles0) / (HCLK · (1 + error of the source))
@@ -52,8 +52,8 @@ impl Timebase {
             };
     }
 
-    /// True time since power-on, s, at an instant not before the last change (later than that, at worst a little
-    /// before it: the frequency then is the newer one).
+    /// True time since power-on, s, at an instant after the last change (or a little before it, where the newer
+    /// frequency is used).
     pub fn seconds(&self, at: Cycles) -> f64 {
         let elapsed = at as f64 - self.origin_cycles as f64;
         self.origin_s + elapsed / self.core_hz

@@ -1,5 +1,5 @@
-//! The instants at which a timer triggered the converters: what no program on the chip can see, and on which every
-//! sample depends.
+//! The instants at which a timer triggered the converters. No program on the chip can see them, and every sample
+//! depends on them.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ pub struct TriggerRun {
     pub first_ns: u64,
     /// Number of triggers.
     pub count: u64,
-    /// Shortest interval, core cycles; nothing of worth with fewer than two triggers.
+    /// Shortest interval, core cycles; meaningless with fewer than two triggers.
     pub min_cycles: Cycles,
     /// Longest interval, core cycles.
     pub max_cycles: Cycles,

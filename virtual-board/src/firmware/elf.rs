@@ -1,4 +1,4 @@
-//! Reads the firmware's ELF file: what belongs into flash, where the RTT control block is, and where functions begin.
+//! Reads the firmware's ELF file: the content of the flash, the RTT control block, and the addresses of functions.
 
 use std::fs;
 use std::io;
@@ -29,7 +29,7 @@ pub enum ElfError {
         /// What the system said.
         source: io::Error,
     },
-    /// It is no 32-bit ELF file.
+    /// It is not a 32-bit ELF file.
     #[error(
         "firmware {path} is not a 32-bit ELF file ({source}): give the file that `cargo build` made, not a .bin"
     )]
@@ -153,8 +153,8 @@ impl Firmware {
         found
     }
 
-    /// Programs the image as a debug probe would: the pages it needs are erased and written, and no others. Pages that
-    /// are right already are left alone.
+    /// Programs the image as a debug probe would: it erases and writes the pages that the image needs, and no others.
+    /// Pages with the right content already are left alone.
     pub fn program(&self, memory: &mut FlashMemory) -> io::Result<()> {
         let mut image = vec![None; FLASH_SIZE / PAGE_SIZE];
         for (offset, content) in &self.segments {

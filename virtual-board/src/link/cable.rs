@@ -1,8 +1,8 @@
 //! The link at the pace of real time: a TCP socket or a pseudo-terminal that behaves like the serial port of the board's
 //! ST-LINK.
 //!
-//! The machine runs in slices of virtual time, and waits after each until real time has caught up. A host that is not
-//! there, or that does not read, loses what the board sends.
+//! The machine runs in slices of virtual time, and waits after each until real time has caught up. What the board sends
+//! is lost if no host is connected, or if the host does not read.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -13,14 +13,14 @@ use super::error::LinkError;
 use super::pty::Pty;
 use crate::machine::Machine;
 
-/// Virtual time that runs between two looks at the host.
+/// Virtual time between two exchanges with the host.
 const SLICE_S: f64 = 1e-3;
-/// Real time may be this far ahead before the board gives up catching up with it.
+/// Greatest lag behind real time; beyond it the board gives up catching up.
 const MAX_LAG: Duration = Duration::from_millis(200);
 /// Bytes on their way to the receiver; a faster host is held back, as the ST-LINK does.
 const MAX_BACKLOG: usize = 512;
 
-/// A cable with the host at its far end, or nobody.
+/// A cable, with or without a host at its far end.
 #[derive(Debug)]
 pub struct Cable {
     end: End,
@@ -52,7 +52,7 @@ impl Cable {
         Self { end: End::Pty(pty) }
     }
 
-    /// Runs the machine at the pace of real time, whoever is there.
+    /// Runs the machine at the pace of real time, with or without a host.
     pub fn serve(mut self, machine: &mut Machine) -> Result<std::convert::Infallible, LinkError> {
         let mut started = Instant::now();
         let mut run_s = 0.0;
@@ -77,7 +77,7 @@ impl Cable {
 }
 
 impl End {
-    /// What the host has sent, as far as it fits; zero if there is nothing or nobody.
+    /// Reads the bytes of the host into the buffer; zero if there are none, or no host.
     fn receive(&mut self, buffer: &mut [u8]) -> usize {
         match self {
             Self::Tcp { listener, host } => {
@@ -106,12 +106,12 @@ impl End {
                     }
                 }
             }
-            // Reading a terminal that nobody has opened is an error, which means the same: nothing.
+            // Reading a terminal that is not open is an error, which means the same: no bytes.
             Self::Pty(pty) => pty.master.read(buffer).unwrap_or(0),
         }
     }
 
-    /// Sends what the host takes; the rest is lost.
+    /// Sends as many bytes as the host takes; the rest is lost.
     fn send(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let written = match self {

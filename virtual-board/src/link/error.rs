@@ -19,10 +19,10 @@ pub enum LinkError {
         /// What the system said.
         source: io::Error,
     },
-    /// No pseudo-terminal can be had.
+    /// No pseudo-terminal is available.
     #[error("--link pty: {0}")]
     Pty(io::Error),
-    /// The link broke in a way that waiting does not heal.
+    /// The link broke, and waiting does not help.
     #[error("the link failed: {0}")]
     Failed(#[from] io::Error),
     /// The machine stopped.

@@ -1,14 +1,14 @@
-//! The link in lockstep: the machine runs only while the host waits for it, so that nothing depends on how fast either
-//! of them is.
+//! The link in lockstep: the machine runs only while the host waits for it, so that the result does not depend on the
+//! speed of either.
 //!
 //! ```text
 //! host:   u32 run_us   u32 length   bytes for the receiver
 //! board:  u64 now_us   u32 length   bytes from the transmitter
 //! ```
 //!
-//! After a request the machine runs until the transmitter has been silent for two character times after at least one
-//! byte, or [`MAX_BYTES`] wait, or `run_us` have passed. Times are true time, which the crystal's error does not
-//! touch. While no host is connected, time stands still.
+//! After a request the machine runs until one of these: the transmitter has been silent for two character times after
+//! at least one byte; [`MAX_BYTES`] wait; `run_us` have passed. Times are true time, without the crystal's error. While
+//! no host is connected, time stands still.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -17,9 +17,9 @@ use super::counts::print_counts;
 use super::error::LinkError;
 use crate::machine::Machine;
 
-/// The machine stops for the host when so many bytes wait.
+/// Number of waiting bytes at which the machine stops for the host.
 pub const MAX_BYTES: usize = 4096;
-/// A request may not carry more than this: it is a mistake, not a message.
+/// Longest request; a longer one is a mistake.
 const MAX_REQUEST: u32 = 1 << 20;
 
 /// The listening side.
@@ -45,9 +45,9 @@ impl Lockstep {
     }
 }
 
-/// Serves a host until it goes away.
+/// Serves a host until it disconnects.
 fn serve_host(mut stream: TcpStream, machine: &mut Machine) -> Result<(), LinkError> {
-    // A host that broke off is no failure of the board: the next one is waited for.
+    // A broken connection is no failure of the board, which waits for the next host.
     if stream.set_nodelay(true).is_err() {
         return Ok(());
     }
@@ -79,7 +79,7 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
     Ok((run_us, bytes))
 }
 
-/// One request: bytes in, time on, bytes out.
+/// Carries out one request: bytes in, time on, bytes out.
 fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
     machine.bus_mut().line_in(bytes);
     let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;

@@ -1,4 +1,4 @@
-//! Where the host is connected: `--link tcp:ADDR`, `--link pty` or `--link lockstep:ADDR`.
+//! The connection to the host: `--link tcp:ADDR`, `--link pty` or `--link lockstep:ADDR`.
 
 pub mod cable;
 pub mod counts;
@@ -18,7 +18,7 @@ use self::lockstep::Lockstep;
 use self::pty::Pty;
 use crate::machine::Machine;
 
-/// What `--link` says.
+/// The value of `--link`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinkAddress {
     /// Bytes over TCP at the pace of real time.
@@ -72,7 +72,7 @@ impl Link {
         })
     }
 
-    /// What the host must be told to find the link.
+    /// The address that the host needs to find the link.
     pub fn name(&self) -> io::Result<String> {
         let of = |scheme: &str, address: SocketAddr| format!("{scheme}:{address}");
         Ok(match self {

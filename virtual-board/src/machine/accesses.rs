@@ -49,7 +49,8 @@ impl Context {
         }
     }
 
-    /// A register access needs all events up to now done, and may have any consequence.
+    /// Before a register access all events up to now are carried out; the access may have any effect, so the next block
+    /// gets a closer look.
     pub(super) fn before_access(&mut self) {
         self.bus.run_events(self.cycles);
         self.attention = 0;

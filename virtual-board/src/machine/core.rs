@@ -1,9 +1,9 @@
 //! The processor: Unicorn's Cortex-M4, and the loop that runs it.
 //!
 //! Unicorn executes instructions and nothing else: it has no interrupts, no sleep and no time. So a hook at the start
-//! of every basic block (`hooks.rs`) adds the block's instructions to the time. When the time has come for an
-//! event, it lets the peripherals carry it out, and stops the emulation if an exception is to be taken. Entry, return,
-//! sleep and faults are then done here, between two runs of the emulation.
+//! of every basic block (`hooks.rs`) adds the block's instructions to the time. When an event is due, the hook lets the
+//! peripherals carry it out, and stops the emulation if the core must take an exception. Entry, return, sleep and
+//! faults then happen here, between two runs of the emulation.
 
 use unicorn_engine::{Arch, ArmCpuModel, Mode, RegisterARM, Unicorn, uc_error};
 
@@ -30,7 +30,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A powered machine that is about to begin at the reset vector.
+    /// A powered machine at its reset vector.
     pub fn new(bus: Bus, log: FirmwareLog) -> Result<Self, BuildError> {
         let context = Context::new(bus, log);
         let mut uc = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, context)?;
@@ -51,7 +51,7 @@ impl Machine {
         &self.context().bus
     }
 
-    /// As [`Self::bus`], to be changed; what changes is noticed when the machine runs on.
+    /// As [`Self::bus`], for changes; the machine notices them when it runs on.
     pub fn bus_mut(&mut self) -> &mut Bus {
         &mut self.context_mut().bus
     }
@@ -61,24 +61,24 @@ impl Machine {
         self.context_mut().counting = Some(counting);
     }
 
-    /// What has been counted; `None` if nothing was asked for.
+    /// The counts; `None` if counting is off.
     pub fn counts(&self) -> Option<&[Count]> {
         self.context().counting.as_ref().map(Counting::counts)
     }
 
-    /// Counts from zero on.
+    /// Sets the counts to zero.
     pub fn begin_counting(&mut self) {
         if let Some(counting) = &mut self.context_mut().counting {
             counting.begin();
         }
     }
 
-    /// Instructions that ran since counting was last begun; `None` if nothing was asked for.
+    /// Instructions since the counts were last set to zero; `None` if counting is off.
     pub fn executed(&self) -> Option<u64> {
         self.context().counting.as_ref().map(Counting::executed)
     }
 
-    /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.
+    /// Runs until true time `until_s` since power-on, or a little longer: to the end of a basic block.
     pub fn run(&mut self, until_s: f64) -> Result<(), Stop> {
         while let Some(at_s) = self.timeline.next_at(until_s) {
             self.run_on(at_s)?;
@@ -91,7 +91,7 @@ impl Machine {
         self.run_on(until_s)
     }
 
-    /// The same without looking for faults that have a time.
+    /// As [`Self::run`], but without timed faults.
     pub(super) fn run_on(&mut self, until_s: f64) -> Result<(), Stop> {
         self.context_mut().begin_run(until_s);
         loop {
@@ -189,8 +189,8 @@ impl Machine {
         }
     }
 
-    /// The emulator ends a run at WFI without and at WFE and YIELD with an error. They end their block, and the program
-    /// counter is behind them; after a real error it is at the culprit.
+    /// At WFI the emulator ends a run without an error, at WFE and YIELD with one. They end their block, and the
+    /// program counter is behind them; after a real error it is at the faulty instruction.
     fn stopped_by_itself(&mut self, result: Result<(), uc_error>) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
         let hint = self
@@ -238,7 +238,7 @@ impl Machine {
         self.jump_clearing_monitor(entry);
     }
 
-    /// The emulator derives translation flags from the mode; writing the condition flags makes it do so again.
+    /// The emulator derives translation flags from the mode; a write to the condition flags makes it do so again.
     pub(super) fn refresh_mode(&mut self) {
         let flags = self.register(RegisterARM::XPSR) & 0xF000_0000;
         self.set_register(RegisterARM::APSR_NZCV, flags);

@@ -1,4 +1,4 @@
-//! What a fault leads to (ARMv7-M B1.5.14, B1.5.15): its own handler, HardFault, or lockup.
+//! The handling of a fault (ARMv7-M B1.5.14, B1.5.15): its own handler, HardFault, or lockup.
 
 use unicorn_engine::{RegisterARM, uc_error};
 
@@ -38,7 +38,7 @@ impl Machine {
         self.fault(fault, pc)
     }
 
-    /// A fault of the instruction at `pc`: its handler is entered, or HardFault's, or the core locks up.
+    /// Handles a fault of the instruction at `pc`: enters its handler or HardFault's, or the core locks up.
     pub(super) fn fault(&mut self, fault: Fault, pc: u32) -> Result<(), Stop> {
         match self.record_fault(fault, pc) {
             Some(handler) => self.enter(handler, pc),
@@ -46,7 +46,7 @@ impl Machine {
         }
     }
 
-    /// The frame of `exception` could not be stacked; the exception to enter instead, on what stack there is.
+    /// The frame of `exception` could not be stacked; returns the exception to enter instead, on the present stack.
     pub(super) fn stacking_failed(&mut self, exception: usize, pc: u32) -> usize {
         if exception == HARD_FAULT || exception == NMI {
             let (_, bits, _) = Fault::Stacking.status();
@@ -56,7 +56,7 @@ impl Machine {
         self.record_fault(Fault::Stacking, pc).unwrap_or(HARD_FAULT)
     }
 
-    /// Sets the status bits; the exception to enter, or none: the core locks up.
+    /// Sets the status bits and returns the exception to enter; `None`: the core locks up.
     fn record_fault(&mut self, fault: Fault, pc: u32) -> Option<usize> {
         let (exception, bits, address) = fault.status();
         let masks = self.masks();
@@ -78,7 +78,7 @@ impl Machine {
         Some(HARD_FAULT)
     }
 
-    /// The core locks up. That is the end, unless the watchdog runs: then it rests until that bites.
+    /// The core locks up and stops the machine; if the watchdog runs, it rests until the watchdog resets the chip.
     pub(super) fn lock_up(&mut self, reason: Fault) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
         if !self.bus().iwdg.running() {
@@ -91,7 +91,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The core spins where nothing interrupts it and no watchdog runs.
+    /// The core spins, no interrupt can reach it, and no watchdog runs.
     pub(super) fn dead(&mut self) -> Stop {
         let pc = self.register(RegisterARM::PC);
         self.halt(Fault::Spinning, pc)

@@ -8,13 +8,13 @@ use crate::peripherals::nvic::{BUS_FAULT, HARD_FAULT, INTERRUPTS, MEM_MANAGE, NM
 /// An access that the memory map does not allow.
 #[derive(Debug, Clone, Copy)]
 pub struct BadAccess {
-    /// What kind of access.
+    /// Kind of access.
     pub kind: MemType,
-    /// Where to.
+    /// Its address.
     pub address: u32,
 }
 
-/// What went wrong.
+/// A fault of the core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Fault {
     /// An instruction that the core does not know.
@@ -26,16 +26,16 @@ pub enum Fault {
     /// A coprocessor or the FPU was used while it is off.
     #[error("use of a coprocessor that is off")]
     NoCoprocessor,
-    /// An instruction that needs alignment got none.
+    /// An unaligned access by an instruction that needs alignment.
     #[error("unaligned access")]
     Unaligned,
-    /// There is nothing to fetch instructions from.
+    /// An instruction fetch where there is no code.
     #[error("instruction fetch from {0:#010x}, where there is no code")]
     Fetch(u32),
-    /// There is nothing to read or write.
+    /// A read or write where there is no memory.
     #[error("access to {0:#010x}, where there is nothing")]
     Access(u32),
-    /// A store to memory that cannot be stored to.
+    /// A store to read-only memory.
     #[error("store to {0:#010x}, which is read-only")]
     ReadOnly(u32),
     /// The frame of an exception could not be written.
@@ -44,7 +44,7 @@ pub enum Fault {
     /// The frame of an exception could not be read.
     #[error("the stack ran out while an exception was returned from")]
     Unstacking,
-    /// The link register of a handler does not hold what it must.
+    /// The link register of a handler does not hold a valid return code.
     #[error("exception return with {0:#010x}, which is impossible here")]
     BadReturn(u32),
     /// BKPT without a debugger.
@@ -56,16 +56,16 @@ pub enum Fault {
     /// The vector of HardFault is not a function.
     #[error("the vector table has no HardFault handler")]
     BadVector,
-    /// The core spins with everything masked.
+    /// The core spins with all interrupts masked.
     #[error("endless loop that nothing can interrupt")]
     Spinning,
-    /// The emulator has met something that it has no name for.
+    /// An unknown exception of the emulator.
     #[error("exception {0} of the emulator")]
     Unknown(u32),
 }
 
 impl Fault {
-    /// The exception that handles the fault, its bits in CFSR, and the address that goes with it.
+    /// The exception that handles the fault, its bits in CFSR, and the faulty address.
     pub(super) fn status(self) -> (usize, u32, Option<u32>) {
         match self {
             Self::UndefinedInstruction | Self::Unknown(_) => (USAGE_FAULT, 1 << 16, None),
@@ -85,7 +85,7 @@ impl Fault {
     }
 }
 
-/// The firmware will never do anything again.
+/// The firmware has halted for ever.
 #[derive(Debug, Error)]
 #[error(
     "the firmware has faulted for good at {at_s:.6} s: {reason}, at PC {pc:#010x} in {handler}{history}\n\
@@ -94,13 +94,13 @@ impl Fault {
 pub struct Halt {
     /// True time, s.
     pub at_s: f64,
-    /// What went wrong last.
+    /// The last fault.
     pub reason: Fault,
-    /// Where.
+    /// Its address.
     pub pc: u32,
-    /// What was running: thread mode or an exception.
+    /// The running code: thread mode or an exception.
     pub handler: String,
-    /// The fault before, that brought the core to a HardFault handler which spins.
+    /// The fault before it, which led to a HardFault handler that spins.
     pub history: String,
     /// Register r0.
     pub r0: u32,

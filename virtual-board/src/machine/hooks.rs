@@ -13,7 +13,7 @@ use crate::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, FLASH_SIZE, RAM_BASE, RAM_SI
 use crate::peripherals::Cycles;
 use crate::peripherals::nvic::Masks;
 
-/// Everything but RAM. A hook that covers RAM would make every store to it slow.
+/// Everything but RAM. A hook over RAM would make every store to it slow.
 const BESIDE_RAM: [RangeInclusive<u32>; 3] = [
     0..=CCM_BASE - 1,
     CCM_BASE + CCM_SIZE as u32..=RAM_BASE - 1,
@@ -22,7 +22,7 @@ const BESIDE_RAM: [RangeInclusive<u32>; 3] = [
 /// Bits of xPSR that are not zero within an IT block.
 pub(super) const IT_STATE: u32 = 0x0600_FC00;
 
-/// Sets everything up.
+/// Maps memories and registers and adds the hooks.
 pub(super) fn connect(uc: &mut Unicorn<'static, Context>, stub: &Stub) -> Result<(), uc_error> {
     map_memories(uc, stub)?;
     map_registers(uc)?;
@@ -72,12 +72,12 @@ fn add_hooks(uc: &mut Unicorn<'static, Context>) -> Result<(), uc_error> {
 }
 
 fn stop(uc: &mut Unicorn<'_, Context>) {
-    // It fails only for an emulator that does not run, and this one does: it is in a hook.
+    // It fails only if the emulator does not run, and it runs: this is a hook.
     let _ = uc.emu_stop();
 }
 
-/// Every address is itself. The emulator watches stores to pages that may be executed, which makes them slow; so a page
-/// of RAM may be executed only once it has been.
+/// Maps every address to itself. The emulator watches stores to executable pages, which makes them slow; so a page of
+/// RAM is executable only after code has run from it.
 fn translate(uc: &mut Unicorn<'_, Context>, address: u64, kind: MemType) -> Option<TlbEntry> {
     let within = |base: u32, size: usize| {
         (u64::from(base)..u64::from(base) + size as u64).contains(&address)
@@ -102,9 +102,9 @@ fn translate(uc: &mut Unicorn<'_, Context>, address: u64, kind: MemType) -> Opti
     })
 }
 
-/// Before it asks about a load or store, the emulator writes the core's state back as it is at that instruction, within
-/// an IT block with its condition. But the block goes on, and expects no condition to be there; left behind, it would be
-/// taken for the state of the first block that is looked up later.
+/// Before it asks about a load or store, the emulator writes back the core's state at that instruction, within an IT
+/// block with its condition. The block then goes on and expects no condition there. A condition left behind would
+/// become the state of the first block that is looked up later.
 fn forget_condition(uc: &mut Unicorn<'_, Context>) {
     const ONLY_THUMB: u64 = 1 << 24;
     // The register is a constant that exists on this core.
@@ -132,7 +132,7 @@ fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
     context.event |= info.sends_event;
 }
 
-/// Shows a block that will run to the counts that were asked for.
+/// Reports a block that is about to run to the counting.
 fn count(uc: &mut Unicorn<'_, Context>, address: u32, instructions: u32) {
     let registers = uc
         .get_data()
@@ -152,7 +152,7 @@ fn is_stub(address: u32) -> bool {
     address & 0xFFFF_F000 == STUB_BASE
 }
 
-/// A closer look at what is due before the block at `address`.
+/// Whether the block at `address` may run, after everything that is due has been carried out.
 fn may_run(uc: &mut Unicorn<'_, Context>, address: u32) -> bool {
     let context = uc.get_data_mut();
     context.catch_up_for_block(address);
@@ -190,8 +190,8 @@ fn decode_block(uc: &mut Unicorn<'_, Context>, area: usize, address: u32, size: 
     info
 }
 
-/// A store into flash is for the flash interface to judge; a read of a watched bank may have to wait, or find a torn
-/// word. Anything else is a fault.
+/// The flash interface decides about a store into flash; a read of a watched bank may have to wait, or find a torn
+/// word. Any other access is a fault.
 fn on_protected(
     uc: &mut Unicorn<'_, Context>,
     kind: MemType,

@@ -12,7 +12,7 @@ use crate::memory::FLASH_BASE;
 use crate::memory::ecc::Flaw;
 use crate::peripherals::rcc::ResetCause;
 
-/// How often one looks whether an exception is active that a fault waits for, s, and for how long at most.
+/// Interval at which a fault looks for its active exception, s, and the longest search.
 const LOOK_S: f64 = 0.5e-6;
 const PATIENCE_S: f64 = 1.0;
 /// Thumb bit of xPSR, and the number of the exception in it.

@@ -47,17 +47,18 @@ pub(super) fn map_memories(
         ),
     ];
     for (base, size, rights, memory) in regions {
-        // SAFETY: the memory belongs to blocks that live as long as the emulator: they are its data, or stand beside
-        // it in `Machine`, declared after it and so dropped later. They are only ever accessed through raw copies.
+        // SAFETY: the memory belongs to blocks that live as long as the emulator: they are its data, or stand beside it
+        // in `Machine`, declared after it and so dropped later. Only raw copies ever access them.
         unsafe { uc.mem_map_ptr(u64::from(base), size as u64, Prot::ALL, memory.cast())? };
-        // Only a change of rights makes the emulator drop stores to memory that is not writable.
+        // The emulator drops stores to read-only memory only after a change of rights.
         uc.mem_protect(u64::from(base), size as u64, rights)?;
     }
     Ok(())
 }
 
-/// Lets the core reach bank 2 of the flash directly, or, while words in it do not match their error code, by way of this
-/// program: the emulator tells of the first read of a page, but not of every one that follows. No code is in that bank.
+/// Lets the core reach bank 2 of the flash directly. While words in it do not match their error code, the core reaches
+/// it through this program: the emulator reports the first read of a page, but not every later one. No code is in that
+/// bank.
 pub(super) fn map_bank_2(
     uc: &mut Unicorn<'static, Context>,
     directly: bool,

@@ -1,4 +1,4 @@
-//! Between two runs of the emulation: sleep, the watch on banks of flash, and failures outside of the core.
+//! The work between two runs of the emulation: sleep, the watch on banks of flash, and failures outside of the core.
 
 use unicorn_engine::{Prot, RegisterARM, uc_error};
 
@@ -8,7 +8,7 @@ use super::stop::Stop;
 use crate::memory::{BANK_SIZE, FLASH_BASE};
 
 impl Machine {
-    /// Rests until something wakes the core (true) or the run's time is over (false).
+    /// Rests until an event wakes the core (true) or the run's time is over (false).
     pub(super) fn sleep_on(&mut self) -> Result<bool, Stop> {
         self.context_mut().poll_log();
         let masks = self.masks();
@@ -55,7 +55,7 @@ impl Machine {
         }
     }
 
-    /// Makes banks of flash unreadable that need watching: reads of them then come to the hook.
+    /// Makes watched banks of flash unreadable, so that reads of them come to the hook.
     pub(super) fn watch_banks(&mut self) -> Result<(), Stop> {
         let see_all = self.context().must_see_all();
         if see_all != self.context().sees_all {
@@ -86,7 +86,7 @@ impl Machine {
             }
             self.context_mut().watched[bank] = watch;
         }
-        // What the emulator remembers of the pages' rights is out of date.
+        // The emulator's cached rights of the pages are out of date.
         let pc = self.register(RegisterARM::PC);
         self.uc
             .ctl_flush_tlb()

@@ -10,13 +10,13 @@ use crate::pins::PinsError;
 /// Why the machine cannot go on.
 #[derive(Debug, Error)]
 pub enum Stop {
-    /// The firmware has faulted and will never do anything again.
+    /// The firmware has halted for ever.
     #[error(transparent)]
     Halted(#[from] Box<Halt>),
     /// The twin is gone.
     #[error(transparent)]
     Pins(#[from] PinsError),
-    /// The power was cut, as the timeline of faults asked for.
+    /// A fault of the timeline cut the power.
     #[error("the power was cut at {at_s:.6} s")]
     PowerCut {
         /// True time, s.
@@ -25,7 +25,7 @@ pub enum Stop {
     /// The flash file cannot be written.
     #[error("the flash file cannot be written: {0}")]
     FlashFile(std::io::Error),
-    /// The emulator reports something that it never should.
+    /// The emulator reports an error that must not occur.
     #[error("the emulator stopped with {0:?} at PC {1:#010x}")]
     Emulator(uc_error, u32),
 }

@@ -7,8 +7,8 @@ const HOST_PAGE: usize = 4096;
 
 /// A block of zeroed host memory, aligned to a page, whose address never changes.
 ///
-/// It is shared with the emulator, which writes to it while the core runs; so it is only ever reached through copies,
-/// never through references.
+/// The emulator shares it and writes to it while the core runs; so this program reaches it only through copies, never
+/// through references.
 #[derive(Debug)]
 pub struct Block {
     start: NonNull<u8>,
@@ -19,7 +19,7 @@ impl Block {
     /// A block of `size` bytes, a multiple of the page size.
     ///
     /// # Panics
-    /// If `size` is zero or no multiple of 4096: sizes are constants of the chip.
+    /// If `size` is zero or not a multiple of 4096: sizes are constants of the chip.
     pub fn new(size: usize) -> Self {
         assert!(
             size > 0 && size.is_multiple_of(HOST_PAGE),
@@ -47,12 +47,16 @@ impl Block {
         unsafe { self.start.as_ptr().add(offset) }
     }
 
+    fn holds(&self, offset: usize, length: usize) -> bool {
+        offset
+            .checked_add(length)
+            .is_some_and(|end| end <= self.size())
+    }
+
     /// Copies bytes out of the block; false (and nothing copied) if they are not all inside of it.
     #[must_use]
     pub fn read(&self, offset: usize, into: &mut [u8]) -> bool {
-        let inside = offset
-            .checked_add(into.len())
-            .is_some_and(|end| end <= self.size());
+        let inside = self.holds(offset, into.len());
         if inside {
             // SAFETY: the range is inside of the allocation, and `into` is memory of its own: no reference to the
             // block's bytes exists.
@@ -69,9 +73,7 @@ impl Block {
     /// Copies bytes into the block; false (and nothing copied) if they do not all fit.
     #[must_use]
     pub fn write(&mut self, offset: usize, bytes: &[u8]) -> bool {
-        let inside = offset
-            .checked_add(bytes.len())
-            .is_some_and(|end| end <= self.size());
+        let inside = self.holds(offset, bytes.len());
         if inside {
             // SAFETY: as in `read`.
             unsafe {

@@ -1,7 +1,7 @@
-//! Error correction of the flash memory (RM0440 3.3.4): which double words do not match their code.
+//! Error correction of the flash memory (RM0440 3.3.4): the double words that do not match their code.
 //!
-//! The codes themselves are not modelled, only where they do not fit. That is kept in a file beside the one of the flash
-//! memory, one line a double word, so that a torn word is still torn after the next power-on:
+//! The codes themselves are not modelled, only the words that do not match. A file beside the one of the flash memory
+//! keeps them, one line a double word, so that a torn word is still torn after the next power-on:
 //!
 //! ```text
 //! 0x040010 torn
@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 /// How a double word and its code differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flaw {
-    /// In one bit, which reading corrects.
+    /// In one bit, which a read corrects.
     OneBit,
-    /// In more: what is read is wrong.
+    /// In more bits: a read gives a wrong value.
     Torn,
 }
 
@@ -31,7 +31,7 @@ pub struct Flaws {
 }
 
 impl Flaws {
-    /// Those of the flash memory that is kept in `flash`; none when there is no file of them.
+    /// The flaws of the flash memory that is kept in `flash`; none without a file of them.
     pub fn beside(flash: &Path) -> io::Result<Self> {
         let mut name = flash.as_os_str().to_owned();
         name.push(".ecc");
@@ -53,12 +53,12 @@ impl Flaws {
         self.found.get(&offset).copied()
     }
 
-    /// Whether there is one in this range of offsets.
+    /// Whether this range of offsets has a flaw.
     pub fn any_in(&self, range: Range<usize>) -> bool {
         self.found.range(range).next().is_some()
     }
 
-    /// From now on the double word at `offset` has this flaw.
+    /// Gives the double word at `offset` this flaw.
     pub fn set(&mut self, offset: usize, flaw: Flaw) -> io::Result<()> {
         self.found.insert(offset, flaw);
         self.save()

@@ -22,7 +22,7 @@ pub enum FlashFileError {
         /// What the system said.
         source: io::Error,
     },
-    /// It is not the image of this chip's flash memory.
+    /// Its size is not that of this chip's flash memory.
     #[error(
         "flash file {path} has {found} bytes, but the chip's flash memory has {expected}: give another file, or \
          remove it to begin with an erased chip",
@@ -36,7 +36,7 @@ pub enum FlashFileError {
     },
 }
 
-/// The flash memory: what the core reads, and the file to which every change is written at once.
+/// The flash memory: the block that the core reads, and the file, which every change is written to at once.
 #[derive(Debug)]
 pub struct FlashMemory {
     block: Block,
@@ -105,7 +105,7 @@ impl FlashMemory {
         u64::from_le_bytes(bytes)
     }
 
-    /// Changes the memory, and the file with it; the error codes fit afterwards.
+    /// Changes the memory and the file; the error codes match afterwards.
     ///
     /// # Panics
     /// If the range is not within the memory.
@@ -115,7 +115,7 @@ impl FlashMemory {
         self.flaws.mend(offset..offset + bytes.len())
     }
 
-    /// Leaves a double word whose error code does not fit.
+    /// Leaves a double word whose error code does not match.
     ///
     /// # Panics
     /// If it is not within the memory.
@@ -129,7 +129,7 @@ impl FlashMemory {
         self.flaws.set(offset & !7, flaw)
     }
 
-    /// Double words whose error code does not fit.
+    /// Double words whose error code does not match.
     pub fn flaws(&self) -> &Flaws {
         &self.flaws
     }

@@ -1,7 +1,7 @@
 //! The chip's memories on the host: blocks that the emulated core and the peripheral models share, and the flash
 //! memory with the file that keeps it.
 //!
-//! | address | size | what |
+//! | address | size | content |
 //! |---|---|---|
 //! | 0x0000_0000 | 512 KB | flash, as the boot pin maps it |
 //! | 0x0800_0000 | 512 KB | flash, bank 1 and bank 2 |

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The protocol that this board speaks.
 pub const PROTOCOL: &str = "hexsense-pins 1";
 
-/// Why the twin cannot be used, or no longer.
+/// Why the twin cannot be used.
 #[derive(Debug, Error)]
 pub enum PinsError {
     /// The address cannot be connected to.
@@ -28,7 +28,7 @@ pub enum PinsError {
         /// What the system said.
         source: io::Error,
     },
-    /// The greeting is not JSON of the expected form.
+    /// The greeting is not JSON of the expected shape.
     #[error("the greeting of the twin cannot be read: {0}")]
     Malformed(#[from] serde_json::Error),
     /// The twin speaks another version.
@@ -36,30 +36,30 @@ pub enum PinsError {
         "the twin speaks \"{found}\", this board \"{PROTOCOL}\": use twin and virtual-board of one version"
     )]
     Protocol {
-        /// What it said.
+        /// The protocol in its greeting.
         found: String,
     },
-    /// A value in the greeting makes no sense.
+    /// A value in the greeting is out of range.
     #[error("the greeting of the twin: {name} is {value}, but must be {limit}")]
     Value {
         /// The key.
         name: &'static str,
         /// The value found.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         limit: &'static str,
     },
     /// The connection broke.
     #[error("the twin went away at {at_s:.3} s of virtual time: {source}")]
     Lost {
-        /// True time that was asked for, s.
+        /// True time of the request, s.
         at_s: f64,
         /// What the system said.
         source: io::Error,
     },
 }
 
-/// A value of the greeting that is not valid is an error.
+/// Makes an error of an invalid value of the greeting.
 pub(super) fn check(
     valid: bool,
     name: &'static str,

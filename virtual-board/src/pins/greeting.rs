@@ -11,7 +11,7 @@ pub use super::error::PROTOCOL;
 pub const CONVERTERS: usize = 5;
 pub(super) const MAX_GREETING: u64 = 1 << 20;
 
-/// What differs from one board to another.
+/// Properties in which boards differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardParameters {
     /// Seed of noise and random numbers.
@@ -27,7 +27,7 @@ pub struct BoardParameters {
 }
 
 impl BoardParameters {
-    /// A typical board: nothing is off, the converters have the noise of the data sheet.
+    /// A typical board: it has no errors, and the converters have the noise of the data sheet.
     pub fn neutral(seed: u64) -> Self {
         let imperfection = Imperfection {
             gain_error: 0.0,

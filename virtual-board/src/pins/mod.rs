@@ -1,7 +1,8 @@
 //! The analog side of the board: voltages on the pins, temperature of the die, supply.
 //!
-//! They come from the twin in chunks of rows at a constant step, asked for when a conversion first needs one, and are
-//! interpolated linearly at the instant of the conversion. Without a twin every pin is at half the supply.
+//! They come from the twin in chunks of rows at a constant step. The board asks for a chunk when a conversion first
+//! needs it, and interpolates linearly at the instant of the conversion. Without a twin every pin is at half the
+//! supply.
 
 pub mod error;
 mod greeting;
@@ -21,7 +22,7 @@ use self::pinout::Pin;
 const NEUTRAL_SUPPLY_V: f64 = 3.3;
 const NEUTRAL_TEMPERATURE_C: f64 = 30.0;
 
-/// The pins, and what is connected to them.
+/// The pins, and their connection.
 #[derive(Debug)]
 pub enum Pins {
     /// Nothing: every pin is at half the supply.
@@ -31,7 +32,7 @@ pub enum Pins {
 }
 
 impl Pins {
-    /// Connects to the twin and hears what is soldered where.
+    /// Connects to the twin and reads its greeting.
     pub fn connect(address: &str) -> Result<(Self, BoardParameters), PinsError> {
         let connect = |source| PinsError::Connect {
             address: address.to_owned(),
@@ -91,12 +92,12 @@ impl Pins {
         }
     }
 
-    /// Whether the twin is of no more use.
+    /// Whether the twin has failed.
     pub fn failed(&self) -> bool {
         matches!(self, Self::Twin(twin) if twin.failure.is_some())
     }
 
-    /// Collects the reason why the twin is of no more use. The voltages stay at their last values then.
+    /// Returns the reason why the twin has failed. The voltages then stay at their last values.
     pub fn take_failure(&mut self) -> Option<PinsError> {
         match self {
             Self::Neutral => None,

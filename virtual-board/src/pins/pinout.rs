@@ -1,5 +1,5 @@
-//! Which input of which converter is which pin of the package (data sheet DS12288, table "STM32G474xB/xC/xE pin
-//! definition", LQFP64), and which inputs are inside of the chip (RM0440, table "ADC interconnection").
+//! The inputs of the converters: those on pins of the package (data sheet DS12288, table "STM32G474xB/xC/xE pin
+//! definition", LQFP64), and those inside of the chip (RM0440, table "ADC interconnection").
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ impl fmt::Display for Pin {
     }
 }
 
-/// What a converter's input is connected to.
+/// The connection of a converter's input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// A pin of the package.

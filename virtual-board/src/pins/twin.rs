@@ -21,9 +21,9 @@ pub struct Twin {
     columns: HashMap<Pin, usize>,
     temperature_column: usize,
     supply_column: usize,
-    /// The chunk asked for last and the one before it; conversions end a little out of order.
+    /// The latest chunk and the one before it; conversions end a little out of order.
     chunks: [Vec<f32>; 2],
-    /// Number of chunks asked for.
+    /// Number of chunks received.
     received: usize,
     pub(super) failure: Option<PinsError>,
 }

@@ -50,7 +50,7 @@ const DISABLE_CLOCKS: u64 = 4;
 /// From trigger to the start of sampling, in half cycles of the ADC clock (same table, asynchronous clock, typical).
 const TRIGGER_LATENCY_HALF_CLOCKS: u64 = 4;
 
-/// How one converter differs from a perfect one.
+/// The errors of one converter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Imperfection {
     /// Relative error of the gain.

@@ -4,13 +4,13 @@
 //! - Pages are erased in 22 ms. The operation takes effect when it ends.
 //! - While a bank is busy the other can be read and executed; an access to the busy bank, and a store to either,
 //!   stalls the core until the operation ends (3.3.1, 3.3.5). The processor model asks [`Flash::busy_bank`].
-//! - An operation that a reset or the end of the power cuts short leaves a torn double word or page: some bits are done,
-//!   and the error code does not match. Reading it sets ECCD and raises the NMI. A page that was being erased holds
-//!   words as they were, torn ones and erased ones.
-//! - A double word with one wrong bit reads as it should, sets ECCC, and raises the interrupt if ECCCIE is set.
+//! - An operation that a reset or the end of the power cuts short leaves a torn double word or page: some bits are
+//!   done, and the error code does not match. A read of it sets ECCD and raises the NMI. An interrupted erasure leaves
+//!   old, torn and erased words in its page.
+//! - A double word with one wrong bit reads correctly, sets ECCC, and raises the interrupt if ECCCIE is set.
 //!
-//! Errors are found when data is read, not when instructions are fetched. Not modelled: fast programming, option byte
-//! programming, protection areas.
+//! Reads of data find errors, instruction fetches do not. Not modelled: fast programming, option byte programming,
+//! protection areas.
 
 mod registers;
 
@@ -53,13 +53,13 @@ const ECCCIE: u32 = 24;
 const ECCC: u32 = 30;
 const ECCD: u32 = 31;
 
-/// How far a sequence of two keys has got.
+/// State of a sequence of two keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Keyhole {
     Locked,
     FirstKey,
     Open,
-    /// A wrong key was given: closed until the next reset.
+    /// A wrong key came: closed until the next reset.
     Jammed,
 }
 
@@ -82,20 +82,20 @@ pub struct Flash {
     /// Lower half of a double word that waits for its upper half.
     latch: Option<(usize, u32)>,
     running: Option<(Operation, Cycles)>,
-    /// No operation ends before.
+    /// Earliest end of any operation.
     held_until: Cycles,
     tearing: ChaCha8Rng,
-    /// Program and erase operations that were begun since power-on.
+    /// Program and erase operations begun since power-on.
     operations: u64,
-    /// Operation at which a fault is due, and how far it gets until then.
+    /// Operation at which a fault is due, and its progress then.
     trap: Option<(u64, Progress)>,
     trapped: bool,
-    /// A wrong key raises a bus error; it has not been collected yet.
+    /// A wrong key has raised a bus error that is not collected yet.
     bus_error: bool,
 }
 
 impl Flash {
-    /// The interface after reset; `tearing` decides what is left of an interrupted operation.
+    /// The interface after reset; `tearing` decides about the remains of an interrupted operation.
     pub fn new(tearing: ChaCha8Rng, core_hz: f64) -> Self {
         Self {
             core_hz,
@@ -116,7 +116,7 @@ impl Flash {
         }
     }
 
-    /// A reset, or the end of the power: an operation under way is cut short.
+    /// A reset, or the end of the power, cuts an operation under way short.
     pub fn reset(&mut self, memory: &mut FlashMemory) -> std::io::Result<()> {
         if let Some((operation, _)) = self.running.take() {
             self.tear(operation, memory)?;
@@ -130,7 +130,7 @@ impl Flash {
         Ok(())
     }
 
-    /// Tells the interface how fast the core runs.
+    /// Sets the frequency of the core.
     pub fn set_core_clock(&mut self, core_hz: f64) {
         self.core_hz = core_hz;
     }
@@ -168,23 +168,23 @@ impl Flash {
         }
     }
 
-    /// Program and erase operations that were begun since power-on.
+    /// Program and erase operations begun since power-on.
     pub fn operations(&self) -> u64 {
         self.operations
     }
 
-    /// Sets where [`Self::trapped`] becomes true: in the operation with this number, counted from power-on, when it has
-    /// got so far. An operation that has [`Progress::NotBegun`] never begins.
+    /// Sets the point at which [`Self::trapped`] becomes true: this progress of the operation with this number, counted
+    /// from power-on. An operation with the trap [`Progress::NotBegun`] never begins.
     pub fn set_trap(&mut self, trap: Option<(u64, Progress)>) {
         (self.trap, self.trapped) = (trap, false);
     }
 
-    /// Whether the trapped operation has got there.
+    /// Whether the trapped operation has reached that point.
     pub fn trapped(&self) -> bool {
         self.trapped
     }
 
-    /// Notes how far the latest operation has got; whether that is where the trap is.
+    /// Notes the progress of the latest operation; true if the trap is there.
     fn reaches(&mut self, progress: Progress) -> bool {
         let here = self.trap == Some((self.operations, progress));
         self.trapped |= here;

@@ -33,7 +33,7 @@ impl Flash {
         })
     }
 
-    /// Writes a register. The answer may be that the chip is to be reset: see [`Self::option_bytes_reload`].
+    /// Writes a register. A write may ask for a reset of the chip: see [`Self::option_bytes_reload`].
     pub fn write(&mut self, offset: u32, value: u32, now: Cycles) -> Write {
         match offset {
             0x00 => self.acr = value & !0x1800,

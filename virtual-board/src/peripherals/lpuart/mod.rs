@@ -4,10 +4,10 @@
 //! bit time = LPUART_BRR · prescaler / (256 · f_ck)          (38.4.7)
 //! ```
 //!
-//! A character on the line takes its full time; what was sent is collected with [`Lpuart::take_sent`], what arrives is
-//! put into [`Lpuart::line_in`] and comes in at line rate. The far end is assumed to be set to the same rate. While
-//! the receiver is off, characters pass at the rate set last, or [`DEFAULT_BAUD`], and are lost. Modem lines, parity,
-//! wake-up, mute and half-duplex mode are not modelled.
+//! A character on the line takes its full time. [`Lpuart::take_sent`] collects sent characters; [`Lpuart::line_in`]
+//! takes characters that then arrive at line rate. The far end has the same rate. While the receiver is off, characters
+//! pass at the last rate, or [`DEFAULT_BAUD`], and are lost. Modem lines, parity, wake-up, mute and half-duplex mode
+//! are not modelled.
 
 mod registers;
 
@@ -17,7 +17,7 @@ use crate::injection::{Effect, Towards};
 
 use super::{Cycles, NEVER, bit, field};
 
-/// Rate at which characters pass a receiver that was never set up, bit/s.
+/// Rate at which characters pass a receiver that has not been set up, bit/s.
 pub const DEFAULT_BAUD: u64 = 115_200;
 
 const FIFO_DEPTH: usize = 8;
@@ -53,7 +53,7 @@ pub struct Lpuart {
     last_received: u8,
     /// The character in the transmit shift register, and when it is out.
     shifting: Option<(u8, Cycles)>,
-    /// Characters that the far end has ready.
+    /// Characters that wait at the far end.
     line: VecDeque<u8>,
     /// When the character that is arriving is complete.
     arriving: Option<Cycles>,
@@ -61,7 +61,7 @@ pub struct Lpuart {
     idle_at: Cycles,
     sent: Vec<u8>,
     sent_at: Cycles,
-    /// What becomes of the next characters towards the board, and towards the host.
+    /// Effects on the next characters towards the board, and towards the host.
     disturbed: [VecDeque<Effect>; 2],
 }
 
@@ -90,7 +90,7 @@ impl Lpuart {
         }
     }
 
-    /// Back to the state after reset. The line does not notice, but for a character that is cut off.
+    /// Back to the state after reset. The line goes on, except that a character under way is cut off.
     pub fn reset(&mut self) {
         let fresh = Self::new();
         let line = std::mem::take(&mut self.line);
@@ -125,23 +125,23 @@ impl Lpuart {
         self.line.len()
     }
 
-    /// Spoils the next characters on the line.
+    /// Disturbs the next characters on the line.
     pub fn disturb(&mut self, towards: Towards, effect: Effect, characters: u32) {
         self.disturbed[towards as usize].extend((0..characters).map(|_| effect));
     }
 
-    /// Collects what was transmitted since the last call.
+    /// Collects the characters that were sent since the last call.
     pub fn take_sent(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.sent)
     }
 
-    /// Number of characters that [`Self::take_sent`] would return.
+    /// Number of characters for [`Self::take_sent`].
     pub fn sent_len(&self) -> usize {
         self.sent.len()
     }
 
-    /// When the transmitter will have been silent for two character times after its last character; none while it
-    /// is at work.
+    /// The instant at which the transmitter will have been silent for two character times after its last character;
+    /// `None` while it sends.
     pub fn silent_at(&self) -> Option<Cycles> {
         self.shifting
             .is_none()
@@ -156,7 +156,7 @@ impl Lpuart {
             .min(self.idle_at)
     }
 
-    /// Carries out what happens at `now`, the time of the earliest event.
+    /// Carries out the events at `now`, the time of the earliest one.
     pub fn advance(&mut self, now: Cycles) {
         if let Some((character, at)) = self.shifting
             && at <= now
@@ -216,7 +216,7 @@ impl Lpuart {
     }
 
     fn transmit(&mut self, character: u8, now: Cycles) {
-        // What is written to a full register or FIFO is lost.
+        // A write to a full register or FIFO is lost.
         if self.tx.len() < self.depth() {
             self.tx.push_back(character);
         }
@@ -279,7 +279,7 @@ impl Default for Lpuart {
     }
 }
 
-/// What arrives of a character on a bad line.
+/// A character after a disturbance; `None` if it is lost.
 fn spoil(character: u8, effect: Effect) -> Option<u8> {
     (effect != Effect::Lost).then_some(character ^ 1 << 3)
 }

@@ -1,6 +1,6 @@
 //! The clocks of the chip.
 
-/// Which source the system clock comes from in the end: it decides how wrong the clock is.
+/// The first source of the system clock, which determines its error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The internal RC oscillator, good to about 1 %.

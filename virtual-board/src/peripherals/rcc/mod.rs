@@ -30,7 +30,7 @@ const BDCR: usize = 0x90 / 4;
 const CSR: usize = 0x94 / 4;
 const CRRCR: usize = 0x98 / 4;
 
-/// The oscillators, by the register and bit that switches each on, and how long it takes to start, s.
+/// The oscillators: register and bits (on, ready) of each, and its start-up time, s.
 const OSCILLATORS: [(usize, u32, u32, f64); 6] = [
     (CR, 8, 10, 1.0e-6),   // HSI16
     (CR, 16, 17, 2.0e-3),  // HSE
@@ -51,7 +51,7 @@ pub enum ResetCause {
     PowerOn,
     /// The supply dipped (BORRSTF too; only the RAM may tell).
     BrownOut,
-    /// Somebody pulled NRST low.
+    /// A person pulled NRST low.
     Pin,
     /// SYSRESETREQ (SFTRSTF).
     Software,
@@ -104,7 +104,7 @@ impl Rcc {
         }
     }
 
-    /// The controller after a reset: causes of earlier ones stay until the firmware removes them, or the supply dips.
+    /// The controller after a reset: earlier causes stay until the firmware removes them, or the supply dips.
     pub fn reset(&mut self, cause: ResetCause) {
         let earlier = match cause {
             ResetCause::PowerOn | ResetCause::BrownOut => 0,
@@ -117,13 +117,13 @@ impl Rcc {
         self.registers[CSR] |= earlier;
     }
 
-    /// The crystal stops and never starts again; what ran on it stands still.
+    /// The crystal stops and never starts again; a core that runs on it stands still.
     pub fn stop_crystal(&mut self) {
         self.crystal = false;
         self.ready_at[HSE] = NEVER;
     }
 
-    /// Tells how fast the core runs, for the start-up times of oscillators.
+    /// Sets the frequency of the core, for the start-up times of oscillators.
     pub fn set_core_clock(&mut self, core_hz: f64) {
         self.core_hz = core_hz;
     }
@@ -176,7 +176,7 @@ impl Rcc {
         now >= self.ready_at[HSI48]
     }
 
-    /// A system clock switch waits for its source; so does its effect.
+    /// Switches the system clock to its new source when that is ready.
     fn settle(&mut self, now: Cycles) {
         let wanted = field(self.registers[CFGR], 0, 2);
         let source = [None, Some(HSI), Some(HSE), Some(PLL)][wanted as usize];

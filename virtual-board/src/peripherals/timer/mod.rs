@@ -1,6 +1,6 @@
 //! Timers: TIM2 to TIM7 and TIM15 to TIM17 as up-counters (RM0440 chapters 28 to 31).
 //!
-//! The counter is not ticked; it is computed from the instant at which it last was zero:
+//! The counter does not tick; it is computed from the instant at which it last was zero:
 //!
 //! ```text
 //! CNT = (now − origin) / tick      tick = cycles of the core per timer clock × (PSC + 1)
@@ -20,7 +20,7 @@ const UDIS: u32 = 1 << 1;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1 << 0;
 
-/// Which features an instance has.
+/// The features of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     /// Width of the counter in bits: 16 or 32.
@@ -31,30 +31,19 @@ pub struct Shape {
 
 impl Shape {
     /// TIM6 and TIM7.
-    pub const BASIC: Self = Self {
-        bits: 16,
-        channels: 0,
-    };
+    pub const BASIC: Self = Self::new(16, 0);
     /// TIM16 and TIM17.
-    pub const ONE_CHANNEL: Self = Self {
-        bits: 16,
-        channels: 1,
-    };
+    pub const ONE_CHANNEL: Self = Self::new(16, 1);
     /// TIM15.
-    pub const TWO_CHANNELS: Self = Self {
-        bits: 16,
-        channels: 2,
-    };
+    pub const TWO_CHANNELS: Self = Self::new(16, 2);
     /// TIM3 and TIM4.
-    pub const GENERAL_16: Self = Self {
-        bits: 16,
-        channels: 4,
-    };
+    pub const GENERAL_16: Self = Self::new(16, 4);
     /// TIM2 and TIM5.
-    pub const GENERAL_32: Self = Self {
-        bits: 32,
-        channels: 4,
-    };
+    pub const GENERAL_32: Self = Self::new(32, 4);
+
+    const fn new(bits: u32, channels: usize) -> Self {
+        Self { bits, channels }
+    }
 }
 
 /// One timer.
@@ -77,7 +66,7 @@ pub struct Timer {
     origin: Cycles,
     /// The counter's value while it stands still.
     held: u32,
-    /// Up to when compare matches have been noticed.
+    /// Instant up to which compare matches have been noticed.
     seen: Cycles,
     /// A trigger pulse that has not been collected.
     trigger: bool,
@@ -142,7 +131,7 @@ impl Timer {
         std::mem::take(&mut self.trigger)
     }
 
-    /// When [`Self::advance`] must be called next: at every event that can be seen from outside.
+    /// When [`Self::advance`] must be called next: at every event with an effect outside of the timer.
     pub fn next_event(&self) -> Cycles {
         if !self.running() {
             return NEVER;
@@ -159,7 +148,7 @@ impl Timer {
             .fold(update, Cycles::min)
     }
 
-    /// Carries out everything that happens up to and including `now`.
+    /// Carries out all events up to and including `now`.
     pub fn advance(&mut self, now: Cycles) {
         while self.running() && self.next_update() <= now {
             let at = self.next_update();
