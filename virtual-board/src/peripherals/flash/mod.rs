@@ -12,26 +12,20 @@
 //! Reads of data find errors, instruction fetches do not. Not modelled: fast programming, option byte programming,
 //! protection areas.
 
+mod operations;
 mod registers;
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::Rng as _;
 
-use super::{Cycles, NEVER, bit, field};
+use super::{Cycles, bit};
 use crate::injection::Progress;
+use crate::memory::BANK_SIZE;
 use crate::memory::ecc::Flaw;
 use crate::memory::flash::FlashMemory;
-use crate::memory::{BANK_SIZE, FLASH_SIZE, PAGE_SIZE};
-
-/// Duration of an operation, s (data sheet DS12288, table "Flash memory characteristics", typical).
-const PROGRAM_S: f64 = 85.0e-6;
-const PAGE_ERASE_S: f64 = 22.02e-3;
-const MASS_ERASE_S: f64 = 22.13e-3;
 
 // SR
 const EOP: u32 = 1 << 0;
 const OPERR: u32 = 1 << 1;
-const PROGERR: u32 = 1 << 3;
 const PGAERR: u32 = 1 << 5;
 const SIZERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
@@ -39,9 +33,6 @@ const ERRORS: u32 = 0xC3FA;
 const BSY: u32 = 1 << 16;
 // CR
 const PG: u32 = 0;
-const PER: u32 = 1;
-const MER1: u32 = 2;
-const MER2: u32 = 15;
 const STRT: u32 = 16;
 const EOPIE: u32 = 24;
 const ERRIE: u32 = 25;
@@ -191,14 +182,6 @@ impl Flash {
         here
     }
 
-    /// No operation, under way or to come, ends before `until`.
-    pub fn hold_up(&mut self, until: Cycles) {
-        self.held_until = until;
-        if let Some((_, end)) = &mut self.running {
-            *end = until.max(*end);
-        }
-    }
-
     /// The bank that an operation keeps busy, 0 or 1.
     pub fn busy_bank(&self) -> Option<usize> {
         self.running.map(|(operation, _)| match operation {
@@ -227,106 +210,11 @@ impl Flash {
         flaw == Some(Flaw::Torn)
     }
 
-    /// When [`Self::advance`] must be called next: the end of the operation under way.
-    pub fn next_event(&self) -> Cycles {
-        self.running.map_or(NEVER, |(_, at)| at)
-    }
-
-    /// Ends an operation whose time has come.
-    pub fn advance(&mut self, now: Cycles, memory: &mut FlashMemory) -> std::io::Result<()> {
-        let Some((operation, at)) = self.running else {
-            return Ok(());
-        };
-        if at > now {
-            return Ok(());
-        }
-        self.running = None;
-        self.reaches(Progress::Done);
-        self.cr &= !(1 << STRT);
-        if bit(self.cr, EOPIE) {
-            self.sr |= EOP;
-        }
-        match operation {
-            Operation::Program { offset, data } => memory.write(offset, &data.to_le_bytes()),
-            Operation::Erase { offset, length } => memory.write(offset, &vec![0xFF; length]),
-        }
-    }
-
-    fn begin_program(
-        &mut self,
-        offset: usize,
-        data: u64,
-        memory: &FlashMemory,
-        now: Cycles,
-    ) -> Option<u32> {
-        // A double word is written once; only all zeros may be written over anything (3.7.5, PROGERR).
-        if memory.double_word(offset) != u64::MAX && data != 0 {
-            return Some(PROGERR);
-        }
-        let end = now + (PROGRAM_S * self.core_hz) as Cycles;
-        self.begin(Operation::Program { offset, data }, end);
-        None
-    }
-
-    fn begin(&mut self, operation: Operation, end: Cycles) {
-        self.operations += 1;
-        if self.reaches(Progress::NotBegun) {
-            return;
-        }
-        self.running = Some((operation, end.max(self.held_until)));
-        self.reaches(Progress::Half);
-    }
-
-    fn begin_erase(&mut self, now: Cycles) {
-        let page = bit(self.cr, PER);
-        let (mer1, mer2) = (bit(self.cr, MER1), bit(self.cr, MER2));
-        if bit(self.cr, PG) || self.sr & ERRORS & !OPERR != 0 || page == (mer1 || mer2) {
-            self.cr &= !(1 << STRT);
-            self.fail(PGSERR);
-            return;
-        }
-        let bank = |second| if second { BANK_SIZE } else { 0 };
-        let (offset, length, duration_s) = match (page, mer1, mer2) {
-            (true, ..) => {
-                let number = field(self.cr, 3, 7) as usize;
-                (
-                    bank(bit(self.cr, 11)) + number * PAGE_SIZE,
-                    PAGE_SIZE,
-                    PAGE_ERASE_S,
-                )
-            }
-            (false, true, true) => (0, FLASH_SIZE, MASS_ERASE_S),
-            (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),
-        };
-        let end = now + (duration_s * self.core_hz) as Cycles;
-        self.begin(Operation::Erase { offset, length }, end);
-    }
-
     fn fail(&mut self, flag: u32) {
         self.latch = None;
         self.sr |= flag;
         if bit(self.cr, ERRIE) {
             self.sr |= OPERR;
-        }
-    }
-
-    fn tear(&mut self, operation: Operation, memory: &mut FlashMemory) -> std::io::Result<()> {
-        match operation {
-            Operation::Program { offset, data } => {
-                let left = memory.double_word(offset) & (data | self.tearing.next_u64());
-                memory.tear(offset, left)
-            }
-            Operation::Erase { offset, length } => {
-                for word in (offset..offset + length).step_by(8) {
-                    let before = memory.double_word(word);
-                    match self.tearing.next_u32() % 3 {
-                        0 => {}
-                        1 => memory.tear(word, before | self.tearing.next_u64())?,
-                        _ => memory.write(word, &u64::MAX.to_le_bytes())?,
-                    }
-                }
-                Ok(())
-            }
         }
     }
 }
