@@ -36,11 +36,12 @@ use crate::wire::{Refusal, Response};
 
 /// Page of the flash, bytes.
 const PAGE: u32 = 2_048;
-/// Where the sets are: eight pages, so that 10,000 erasures of a page last for 70,000 uploads.
+/// Start of the eight pages of sets. A change erases each of them at most once, and the log ends after 6,033 changes: no
+/// page comes to the 10,000 erasures that the data sheet (DS12288) guarantees.
 pub const ARCHIVE: u32 = 0;
 /// Where the two pages of the key begin.
 pub const KEY: u32 = 8 * PAGE;
-/// Where the log is: the rest of a bank of 128 pages, 6041 entries.
+/// The log: the rest of a bank of 128 pages. It has 6,041 places and takes 6,033 entries, see [`Log::has_room`].
 pub const LOG: Range<u32> = 10 * PAGE..128 * PAGE;
 /// How long an upload may take from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
@@ -252,6 +253,7 @@ impl<F: NorFlash> Storage<F> {
 fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
+        ArchiveError::OtherBoard => Refusal::OtherBoard,
         ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
     }
 }
