@@ -31,6 +31,9 @@ pub enum ArchiveError<E> {
     /// The set is not fit to be stored.
     #[error(transparent)]
     Record(RecordError),
+    /// The set was made for another board.
+    #[error("the set was made for another board; calibrate this one")]
+    OtherBoard,
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
@@ -55,16 +58,17 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// `None` for what is no set that was uploaded.
-    fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<Self> {
+    /// The place of an uploaded set, and the set; `None` for anything else.
+    fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<(Self, CoefficientSet)> {
         let set = CoefficientSet::decode(encoded).ok()?;
-        Some(Self {
+        let stored = Self {
             entry,
             id: entry.id.filter(|_| entry.reason == Reason::Upload)?,
             length: encoded.len() as u16,
             made_unix_s: set.unix_s,
             slot,
-        })
+        };
+        Some((stored, set))
     }
 }
 
@@ -95,7 +99,7 @@ impl<F: NorFlash> Archive<F> {
     pub async fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
         let mut history = History::new();
         for slot in 0..KEPT {
-            let place = |entry, encoded: &_| Stored::new(slot, entry, encoded);
+            let place = |entry, encoded: &_| Some(Stored::new(slot, entry, encoded)?.0);
             let found = self.fetch(slot, place).await?;
             if let Some(found) = found.filter(|found| found.entry.counter > after) {
                 let is_older = |kept: &Stored| kept.entry.counter < found.entry.counter;
@@ -119,8 +123,8 @@ impl<F: NorFlash> Archive<F> {
             .await
     }
 
-    /// Stores an encoded set that becomes active as `entry` says in place of the set in slot `active`, reads it back and
-    /// returns where it is. A page that does not take it is passed over once.
+    /// Stores an encoded set of `board`, which `entry` makes active in place of the set in slot `active`. Returns its place
+    /// and the set as read back. If a page does not take it, one other page is tried.
     ///
     /// # Errors
     /// Every variant of [`ArchiveError`]; the active set stays as it was.
@@ -129,13 +133,21 @@ impl<F: NorFlash> Archive<F> {
         entry: &Entry,
         encoded: &[u8],
         active: Option<u8>,
-    ) -> Result<Stored, ArchiveError<F::Error>> {
-        CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let [first, second] = slots_for_next(active, &self.history(0).await?);
-        match self.store(first, entry, encoded).await {
-            Ok(stored) => Ok(stored),
-            Err(_) => self.store(second, entry, encoded).await,
+        board: &[u8; 12],
+    ) -> Result<(Stored, CoefficientSet), ArchiveError<F::Error>> {
+        let set = CoefficientSet::decode(encoded).map_err(ArchiveError::Record);
+        if set.map(|set| set.board != *board)? {
+            return Err(ArchiveError::OtherBoard);
         }
+        let [first, second] = slots_for_next(active, &self.history(0).await?);
+        // No set lives across a wait, where it would take 600 bytes of RAM: the first result ends with its block.
+        {
+            let stored = self.store(first, entry, encoded).await;
+            if stored.is_ok() {
+                return stored;
+            }
+        }
+        self.store(second, entry, encoded).await
     }
 
     /// Erases all sets, and looks whether any is left.
@@ -159,7 +171,7 @@ impl<F: NorFlash> Archive<F> {
         slot: u8,
         entry: &Entry,
         encoded: &[u8],
-    ) -> Result<Stored, ArchiveError<F::Error>> {
+    ) -> Result<(Stored, CoefficientSet), ArchiveError<F::Error>> {
         let at = self.offset(slot);
         let erased = self.flash.erase(at, at + Self::PAGE).await;
         erased.map_err(ArchiveError::Flash)?;

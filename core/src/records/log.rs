@@ -185,7 +185,7 @@ impl<F: NorFlash> Log<F> {
         Ok(end)
     }
 
-    /// Whether an entry can still be appended behind `end`.
+    /// Whether an entry can still be appended behind `end`: the last eight places stay in reserve for places that fail.
     #[must_use]
     pub fn has_room(&self, end: &End) -> bool {
         end.place + FAILURES < self.places()

@@ -18,7 +18,7 @@ use crate::channel::Triad;
 use crate::checksum::checksum;
 
 /// Upper bound of the encoded length of a set, bytes: the longest has 611, 300 of them in the triads and 208 in base
-/// and jacks. Three such sets fill a page of 2 KiB with what the archive adds.
+/// and jacks. The archive gives each set a page of 2 KiB.
 pub const MAX_ENCODED: usize = 640;
 /// Longest geometry name, bytes of UTF-8.
 pub const MAX_NAME: usize = 32;
@@ -26,6 +26,15 @@ pub const MAX_NAME: usize = 32;
 /// Identity of a set by its content.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Default)]
 pub struct SetId(pub [u8; 8]);
+
+impl SetId {
+    /// Identity of the encoded set with this SHA-256.
+    #[must_use]
+    pub fn of_digest(digest: &[u8; 32]) -> Self {
+        let [a, b, c, d, e, f, g, h, ..] = *digest;
+        Self([a, b, c, d, e, f, g, h])
+    }
+}
 
 impl fmt::Display for SetId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -168,10 +177,7 @@ impl CoefficientSet {
     /// Identity of an encoded set.
     #[must_use]
     pub fn id_of(encoded: &[u8]) -> SetId {
-        let digest = Sha256::digest(encoded);
-        let mut id = [0; 8];
-        id.copy_from_slice(&digest[..8]);
-        SetId(id)
+        SetId::of_digest(&Sha256::digest(encoded).into())
     }
 
     /// Whether the numbers are usable.

@@ -245,6 +245,7 @@ impl<F: NorFlash> Storage<F> {
 fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
+        ArchiveError::OtherBoard => Refusal::OtherBoard,
         ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
     }
 }

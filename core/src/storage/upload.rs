@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::{Storage, UPLOAD_MS, refusal};
 use crate::facts::FlashLayout;
 use crate::records::log::Reason;
-use crate::records::{Archive, CoefficientSet, MAX_ENCODED};
+use crate::records::{Archive, MAX_ENCODED, SetId};
 use crate::wire::{Refusal, Response};
 
 type Encoded = heapless::Vec<u8, MAX_ENCODED>;
@@ -23,8 +23,8 @@ pub(super) struct Upload {
 }
 
 impl Upload {
-    /// Whether it is what was announced, a set, and for this board.
-    fn check(&self, board: &[u8; 12]) -> Result<(), Refusal> {
+    /// Checks that the announced bytes have arrived, and returns the identity of their set.
+    fn check(&self) -> Result<SetId, Refusal> {
         let expected = self.bytes.len() as u16;
         if expected != self.length {
             return Err(Refusal::OutOfOrder { expected });
@@ -32,12 +32,7 @@ impl Upload {
         if Sha256::digest(&self.bytes)[..] != self.digest {
             return Err(Refusal::WrongIdentity);
         }
-        let set = CoefficientSet::decode(&self.bytes).map_err(Refusal::Record)?;
-        if set.board == *board {
-            Ok(())
-        } else {
-            Err(Refusal::OtherBoard)
-        }
+        Ok(SetId::of_digest(&self.digest))
     }
 }
 
@@ -96,17 +91,14 @@ impl<F: NorFlash> Storage<F> {
 
     /// Makes the uploaded set the newest in the archive and the active one.
     async fn store(&mut self, now_ms: u64) -> Result<Response, Refusal> {
-        let board = self.board;
         let upload = self.upload(now_ms)?;
-        upload.check(&board)?;
-        let (id, unix_s) = (CoefficientSet::id_of(&upload.bytes), upload.unix_s);
+        let (id, unix_s) = (upload.check()?, upload.unix_s);
         let entry = self.entry(Reason::Upload, Some(id), unix_s);
         let slot = self.active.as_ref().map(|active| active.slot);
         let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
         let mut archive = Archive::new(&mut self.flash, FlashLayout::ARCHIVE);
-        let stored = archive.append(&entry, &upload.bytes, slot).await;
-        let stored = stored.map_err(refusal)?;
-        let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
+        let appended = archive.append(&entry, &upload.bytes, slot, &self.board);
+        let (stored, content) = appended.await.map_err(refusal)?;
         self.activate(&stored, content);
         self.follow_up(&entry).await?;
         self.committed()

@@ -12,7 +12,7 @@ use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
 use sha2::{Digest, Sha256};
 
-use crate::nor_flash::{Fault, Nor, layout};
+use crate::nor_flash::{Fault, Nor, PAGE, layout};
 use crate::sets::BOARD;
 
 /// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
@@ -73,7 +73,8 @@ pub struct KeyHolder<F: NorFlash> {
 impl<F: NorFlash> KeyHolder<F> {
     /// Starts a board with this flash, and says how the start went.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
-        let mut storage = Storage::new(flash, layout(PAGES), BOARD);
+        let pages = flash.capacity() / PAGE;
+        let mut storage = Storage::new(flash, layout(pages), BOARD);
         let started = block_on(async {
             storage.load().await?;
             storage.complete().await

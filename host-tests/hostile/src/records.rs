@@ -22,6 +22,7 @@ use crate::bases::{BASES, CONTENTS, GOOD};
 use crate::input::Input;
 use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
 use crate::nor_flash::{Nor, PAGE, layout};
+use crate::sets::BOARD;
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Most changes of flash in an attack.
@@ -123,7 +124,7 @@ fn flash(input: &mut Input) {
                 };
                 let slot = input.byte() % 8;
                 let mut archive = Archive::new(Shared(&nor), FlashLayout::ARCHIVE);
-                let _ = block_on(archive.append(&entry, content, Some(slot)));
+                let _ = block_on(archive.append(&entry, content, Some(slot), &BOARD));
             }
             _ => {
                 let page = (usize::from(input.byte()) % PAGES * PAGE) as u32;
