@@ -36,11 +36,10 @@ pub use drive::{Drive, DriveError, increment};
 pub use replay::Replay;
 pub use series::{Series, fit_frequency};
 pub use solution::{Solver, solve, solve_channel};
+pub use table::HARMONICS;
 
 use serde::{Deserialize, Serialize};
 
-/// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
-pub const HARMONICS: usize = 5;
 /// Analysers that a board has: drive frequencies that it can estimate at once.
 pub const ANALYSERS: usize = 3;
 /// Regressors of the fit: offset, drift, and a cosine and a sine for each harmonic.

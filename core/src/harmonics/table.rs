@@ -14,8 +14,8 @@
 //! compute them with the same integers, and [`super::solution`] solves with the very values that were used and with what
 //! rounding took from them, [`Rest`].
 
-use super::HARMONICS;
-
+/// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
+pub const HARMONICS: usize = 5;
 /// Bits of a phase that choose an entry; the first two are the quarter of the turn.
 const BITS: u32 = 11;
 /// Entries of a whole turn.

@@ -7,8 +7,10 @@ use core::sync::atomic::{Ordering, compiler_fence};
 
 use serde::{Deserialize, Serialize};
 
-use super::BLOCK;
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan, unrolled};
+
+/// Scans of a block unless another [`BlockSize`] is chosen.
+pub const BLOCK: usize = BlockSize::Sixteen.scans();
 
 /// Scans that are handled together: one half of each converter's ring buffer.
 #[derive(

@@ -16,8 +16,5 @@
 pub mod block;
 pub mod calibrator;
 
-pub use block::{BlockSize, BlockSums, add_up};
+pub use block::{BLOCK, BlockSize, BlockSums, add_up};
 pub use calibrator::{Calibrator, Prepared, Values};
-
-/// Scans of a block unless another [`BlockSize`] is chosen.
-pub const BLOCK: usize = BlockSize::Sixteen.scans();

@@ -1,5 +1,8 @@
 //! An upload, from the change that announces it to the set that is active: announced length and digest, pieces in order,
 //! a commit, all within [`UPLOAD_MS`].
+//!
+//! This file and `mod.rs` are two halves of [`Storage`]: it keeps the upload under way, and an upload is a series of its
+//! commands.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
