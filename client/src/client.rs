@@ -16,7 +16,7 @@ use hexsense_core::wire::{
 use super::conversation::{Contact, Conversation, answer_error};
 use super::error::LinkError;
 use super::port;
-use super::transport::Transport;
+use super::transport::{Ended, Transport};
 
 /// A board that has greeted and speaks our version.
 pub struct Client {
@@ -72,6 +72,21 @@ impl Client {
             conversation,
             firmware,
         })
+    }
+
+    /// Ends the connection and opens the port anew, for a board that went away. Blocks that wait are forgotten. After an
+    /// error there is no connection, and this may be tried again.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn reopen(&mut self) -> Result<(), LinkError> {
+        let port = self.port().to_owned();
+        // The old connection ends first: a port is open to one at a time.
+        self.conversation = Conversation::new(Box::new(Ended { port: port.clone() }));
+        let mut conversation = Conversation::new(port::open(&port)?);
+        self.firmware = conversation.greet()?.firmware;
+        self.conversation = conversation;
+        Ok(())
     }
 
     /// Version of the board's firmware: major, minor, patch.

@@ -37,6 +37,38 @@ pub trait Transport {
     }
 }
 
+/// A connection that has ended.
+pub(super) struct Ended {
+    /// The port that it was to.
+    pub port: String,
+}
+
+impl Ended {
+    fn error(&self) -> TransportError {
+        TransportError::Closed {
+            port: self.port.clone(),
+        }
+    }
+}
+
+impl Transport for Ended {
+    fn write(&mut self, _bytes: &[u8]) -> Result<(), TransportError> {
+        Err(self.error())
+    }
+
+    fn read(&mut self, _into: &mut Vec<u8>, _timeout: Duration) -> Result<(), TransportError> {
+        Err(self.error())
+    }
+
+    fn now(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn port(&self) -> &str {
+        &self.port
+    }
+}
+
 /// What went wrong on the line.
 #[derive(Debug, thiserror::Error)]
 pub enum TransportError {

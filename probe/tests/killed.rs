@@ -212,10 +212,10 @@ fn a_capture_goes_on_across_a_cut_line_with_a_gap() {
     let [gap] = capture.gaps()[..] else {
         panic!("{:?}", capture.gaps())
     };
-    assert!(gap.missing >= 16 * AWAY_BLOCKS, "{gap:?}");
+    assert!(gap.scans >= 16 * AWAY_BLOCKS, "{gap:?}");
     let note = std::fs::read(folder.path().join("run.json")).unwrap();
     let note: Value = serde_json::from_slice(&note).unwrap();
-    assert_eq!(note["scans_lost"], gap.missing);
+    assert_eq!(note["scans_lost"], gap.scans);
     assert!(!folder.path().join("run.json.part").exists());
 }
 

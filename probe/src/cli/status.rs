@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::arguments::Port;
 use super::losses;
-use super::session::link_load;
+use crate::record::board::Streaming;
 use hexsense_client::client::SumsReport;
 use hexsense_client::{Client, LinkError};
 
@@ -24,7 +24,7 @@ const CORE_HZ: f64 = 150e6;
 ///
 /// The board counts the core cycles that the sample path takes for each block, from the first half-filled ring to sums
 /// and values; least, most and latest since the converters were last started are printed, with the time at 150 MHz and
-/// the share of a block's duration. Asking stops a stream that is under way, and nothing else.
+/// the share of a block's duration. Asking changes nothing: a stream that is on goes on.
 #[derive(Args)]
 pub struct Status {
     #[command(flatten)]
@@ -223,7 +223,13 @@ impl Reading {
 
     /// Share of the link's capacity that a stream takes at the board's rate and block.
     fn load(&self, content: StreamContent) -> f64 {
-        link_load(content, self.status.rate_hz, self.status.block)
+        let BoardStatus { rate_hz, block, .. } = self.status;
+        Streaming {
+            rate_hz,
+            block,
+            content,
+        }
+        .link_load()
     }
 
     fn temperature(&self) -> String {

@@ -7,18 +7,21 @@ use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
-use super::broken_off::same_again;
-use super::runs::{self, Job};
-use super::{report, session};
+use super::broken_off::{of_sequence, same_again};
+use super::progress::Progress;
+use super::{evaluation, report};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
+use crate::evaluation::{Evaluation, check_sums};
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
-use crate::record::Settings;
+use crate::record::board::{board_record, ready};
+use crate::record::run::Settings;
+use crate::record::sequence::SequenceJob;
 use crate::replay::{WrongValues, first_wrong_values};
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
@@ -101,13 +104,13 @@ impl Verify {
     ) -> anyhow::Result<(Client, SetId)> {
         let interrupt = Interrupt::on_signals()?;
         let mut client = self.port.open()?;
-        let identity = session::ready(&mut client, self.scanning.rate)?;
-        campaign.check_board(&session::board_record(&client, &identity))?;
+        let identity = ready(&mut client, self.scanning.rate)?;
+        campaign.check_board(&board_record(&client, &identity))?;
         let id = check_active(&mut client, ours, campaign)?;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.write()?;
         campaign.forget(&run.name)?;
-        let job = Job {
+        let job = SequenceJob {
             campaign,
             runs: &[run],
             settings: Settings {
@@ -117,9 +120,13 @@ impl Verify {
             board: identity.board,
             wait: self.waiting.time(),
             interrupt: &interrupt,
-            again: same_again(),
         };
-        Ok((runs::record_all(client, motion.as_mut(), &job)?, id))
+        let mut progress = Progress::default();
+        job.record(&mut client, motion.as_mut(), &mut |event| {
+            progress.show(event)
+        })
+        .map_err(|error| of_sequence(error, campaign, &same_again()))?;
+        Ok((client, id))
     }
 }
 
@@ -171,12 +178,12 @@ fn judge(
 ) -> anyhow::Result<()> {
     let recorded = campaign.recorded(run)?;
     check_values(&recorded.capture, set, &run.name)?;
-    let sums = session::check_sums(campaign, &recorded)?;
+    let sums = check_sums(campaign, &recorded)?;
     eprintln!(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
-    let (runs, analysis) = session::analyse(campaign)?;
+    let Evaluation { runs, analysis, .. } = evaluation::of(campaign)?;
     let results = &analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
     let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);

@@ -15,7 +15,7 @@ use hexsense_core::kinematics::displacements;
 use hexsense_core::wire::telemetry::Block;
 
 use super::jacks::{Displacements, JackMeans, STEP_MS, WINDOW};
-use super::rest::Rest;
+use super::rest::AtRest;
 use crate::geometry_file::GeometryFile;
 use crate::plan::Run;
 
@@ -30,13 +30,13 @@ const STEP_S: f64 = 0.01;
 pub struct OnsetWatch {
     /// Displacements of the program from home, every [`STEP_S`].
     program: Vec<Displacements>,
-    rest: Rest,
+    rest: AtRest,
 }
 
 impl OnsetWatch {
     /// A watch for `run` on a base whose rest is known.
     #[must_use]
-    pub fn new(run: &Run, geometry: &GeometryFile, rest: Rest) -> Self {
+    pub fn new(run: &Run, geometry: &GeometryFile, rest: AtRest) -> Self {
         let (program, base) = (run.program(), &geometry.geometry);
         let home = displacements(base, &base.home());
         let steps = (program.duration_s() / STEP_S) as usize;

@@ -35,7 +35,7 @@ pub enum Unrest {
 
 /// What rest looks like.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct AtRest {
     /// Mean displacement from mid-stroke, m.
     pub mean_m: Displacements,
     /// Standard deviation of a window, m.
@@ -64,7 +64,11 @@ impl RestWatch {
     ///
     /// # Errors
     /// [`Unrest`] when that second was not one at rest at home; learning has then begun anew.
-    pub fn learn(&mut self, block: &Block, jacks: &mut JackMeans) -> Result<Option<Rest>, Unrest> {
+    pub fn learn(
+        &mut self,
+        block: &Block,
+        jacks: &mut JackMeans,
+    ) -> Result<Option<AtRest>, Unrest> {
         self.windows.extend(jacks.push(block));
         if self.windows.len() < WINDOWS {
             return Ok(None);
@@ -74,9 +78,9 @@ impl RestWatch {
         rest.map(Some)
     }
 
-    fn judge(&self) -> Result<Rest, Unrest> {
+    fn judge(&self) -> Result<AtRest, Unrest> {
         let count = self.windows.len() as f64;
-        let mut rest = Rest {
+        let mut rest = AtRest {
             mean_m: [0.0; JACKS],
             deviation_m: [0.0; JACKS],
         };

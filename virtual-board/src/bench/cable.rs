@@ -7,11 +7,12 @@
 use std::ffi::CStr;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::door::{Door, Host};
 use super::link::LinkError;
 use crate::machine::Machine;
 
@@ -30,20 +31,16 @@ pub struct Cable {
 
 #[derive(Debug)]
 enum End {
-    Tcp {
-        listener: TcpListener,
-        host: Option<TcpStream>,
-    },
+    Tcp { door: Door, host: Option<Host> },
     Pty(Pty),
 }
 
 impl Cable {
     /// Hosts connect to this listener.
     pub fn over_tcp(listener: TcpListener) -> io::Result<Self> {
-        listener.set_nonblocking(true)?;
         Ok(Self {
             end: End::Tcp {
-                listener,
+                door: Door::new(listener)?,
                 host: None,
             },
         })
@@ -82,15 +79,11 @@ impl End {
     /// What the host has sent, as far as it fits; zero if there is nothing or nobody.
     fn receive(&mut self, buffer: &mut [u8]) -> usize {
         match self {
-            Self::Tcp { listener, host } => {
+            Self::Tcp { door, host } => {
                 if host.is_none() {
-                    *host = listener
-                        .accept()
-                        .ok()
-                        .map(|(stream, _)| stream)
-                        .filter(|stream| {
-                            stream.set_nonblocking(true).is_ok() && stream.set_nodelay(true).is_ok()
-                        });
+                    *host = door.look().filter(|host| {
+                        host.set_nonblocking(true).is_ok() && host.set_nodelay(true).is_ok()
+                    });
                 }
                 let Some(stream) = host.as_mut().filter(|_| !buffer.is_empty()) else {
                     return 0;

@@ -117,7 +117,7 @@ impl Link {
         match self {
             Self::Tcp(listener) => Cable::over_tcp(listener)?.serve(machine),
             Self::Pty(pty) => Cable::over_pty(pty).serve(machine),
-            Self::Lockstep(listener) => Lockstep::new(listener).serve(machine),
+            Self::Lockstep(listener) => Lockstep::new(listener)?.serve(machine),
         }
     }
 }

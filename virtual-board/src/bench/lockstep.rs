@@ -11,8 +11,9 @@
 //! touch. While no host is connected, time stands still.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 
+use super::door::{Door, Host};
 use super::link::{LinkError, print_counts};
 use crate::machine::Machine;
 
@@ -24,20 +25,21 @@ const MAX_REQUEST: u32 = 1 << 20;
 /// The listening side.
 #[derive(Debug)]
 pub struct Lockstep {
-    listener: TcpListener,
+    door: Door,
 }
 
 impl Lockstep {
     /// Serves hosts that connect here.
-    pub fn new(listener: TcpListener) -> Self {
-        Self { listener }
+    pub fn new(listener: TcpListener) -> io::Result<Self> {
+        Ok(Self {
+            door: Door::new(listener)?,
+        })
     }
 
     /// Serves one host after another.
     pub fn serve(self, machine: &mut Machine) -> Result<std::convert::Infallible, LinkError> {
         loop {
-            let (stream, _) = self.listener.accept()?;
-            serve_host(stream, machine)?;
+            serve_host(self.door.wait()?, machine)?;
             print_counts(machine);
             machine.begin_counting();
         }
@@ -45,14 +47,14 @@ impl Lockstep {
 }
 
 /// Serves a host until it goes away.
-fn serve_host(mut stream: TcpStream, machine: &mut Machine) -> Result<(), LinkError> {
+fn serve_host(mut host: Host, machine: &mut Machine) -> Result<(), LinkError> {
     // A host that broke off is no failure of the board: the next one is waited for.
-    if stream.set_nodelay(true).is_err() {
+    if host.set_nodelay(true).is_err() {
         return Ok(());
     }
-    while let Ok((run_us, bytes)) = read_request(&mut stream) {
-        let answer = exchange(machine, run_us, &bytes)?;
-        if stream.write_all(&answer).is_err() {
+    while let Ok((run_us, bytes)) = read_request(&mut *host) {
+        let answer = run(machine, run_us, &bytes)?;
+        if host.write_all(&answer).is_err() {
             break;
         }
     }
@@ -79,7 +81,7 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
 }
 
 /// One request: bytes in, time on, bytes out.
-fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
+fn run(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
     machine.bus_mut().line_in(bytes);
     let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;
     machine.run_until_silent(end_s, MAX_BYTES)?;

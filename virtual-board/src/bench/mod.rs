@@ -2,6 +2,7 @@
 //! (`docs/virtual-bench.md`).
 
 pub mod cable;
+mod door;
 pub mod link;
 pub mod lockstep;
 pub mod pinout;
