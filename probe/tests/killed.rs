@@ -90,6 +90,17 @@ fn a_killed_capture_leaves_everything_up_to_the_last_second() {
     let note = std::fs::read(folder.path().join("run.json.part")).unwrap();
     let note: Value = serde_json::from_slice(&note).unwrap();
     assert_eq!(note["rate_hz"], 1_000);
+    // The killed process left the stream on; commands that only ask leave it so.
+    for command in ["status", "info", "log", "history", "show"] {
+        let output = hexsense(folder.path(), &port, &[command]).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", said(&output));
+        assert!(board.lock().unwrap().streams(), "{command}");
+    }
+    let again = ["capture", "--seconds", "0.2", "--rate", "2000"];
+    let again = [&again[..], &["--block", "1", "--out", "run.csv"]].concat();
+    let output = hexsense(folder.path(), &port, &again).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(!board.lock().unwrap().streams());
 }
 
 #[test]

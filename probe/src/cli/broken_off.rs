@@ -14,7 +14,7 @@ pub struct BrokenOff {
     pub what: String,
     /// What happened.
     #[source]
-    pub reason: RecordError,
+    pub reason: Box<RecordError>,
     /// What is not lost.
     pub safe: String,
     /// What to do.

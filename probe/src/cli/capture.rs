@@ -109,7 +109,7 @@ impl Capture {
         Ok(())
     }
 
-    fn broken_off(&self, reason: RecordError, recorded: &Recorded) -> BrokenOff {
+    fn broken_off(&self, reason: Box<RecordError>, recorded: &Recorded) -> BrokenOff {
         let out = files::part_of(&self.out);
         let note = files::part_of(&self.out.with_extension("json"));
         BrokenOff {

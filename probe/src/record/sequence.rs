@@ -65,7 +65,7 @@ pub enum SequenceError {
         complete_to: Option<String>,
         /// Why.
         #[source]
-        reason: RecordError,
+        reason: Box<RecordError>,
     },
     /// A request to stop came after the last run.
     #[error("{0}")]
@@ -106,7 +106,7 @@ impl SequenceJob<'_> {
                 complete_to: index
                     .checked_sub(1)
                     .map(|last| self.runs[last].name.clone()),
-                reason,
+                reason: Box::new(reason),
             })?;
             if record.scans_lost > 0 {
                 show(&Event::Lost {

@@ -35,7 +35,7 @@ pub struct TimedJob<'a> {
 #[derive(Debug)]
 pub struct TimedError {
     /// Why.
-    pub reason: RecordError,
+    pub reason: Box<RecordError>,
     /// What is recorded; `None` when the board refused to stream, or no file could be begun.
     pub recorded: Option<Recorded>,
 }
@@ -43,7 +43,7 @@ pub struct TimedError {
 impl<E: Into<RecordError>> From<E> for TimedError {
     fn from(reason: E) -> Self {
         Self {
-            reason: reason.into(),
+            reason: Box::new(reason.into()),
             recorded: None,
         }
     }
@@ -73,8 +73,10 @@ impl TimedJob<'_> {
         // The line may be what failed; the error at hand says so.
         let _ = recorder.client().stream(StreamContent::default());
         if let Err(reason) = followed {
-            let recorded = Some(recorder.recorded().clone());
-            return Err(TimedError { reason, recorded });
+            return Err(TimedError {
+                reason: Box::new(reason),
+                recorded: Some(recorder.recorded().clone()),
+            });
         }
         let missing = recorder.client().frames_missing();
         if missing > 0 {
