@@ -74,8 +74,8 @@ impl Client {
         })
     }
 
-    /// Ends the connection and opens the port anew, for a board that went away. Blocks that wait are forgotten. After an
-    /// error there is no connection, and this may be tried again.
+    /// Ends the connection and opens the port again, for a board that went away. Waiting blocks are dropped. After an error
+    /// there is no connection, and the call may be repeated.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -127,7 +127,7 @@ impl Client {
     /// The next block of samples, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
         self.conversation.block(timeout)
     }
@@ -135,7 +135,7 @@ impl Client {
     /// The next pose, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
         self.conversation.pose(timeout)
     }
@@ -150,7 +150,7 @@ impl Client {
         self.conversation.forget_blocks();
     }
 
-    /// Who the board is.
+    /// Identity of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -161,7 +161,7 @@ impl Client {
         }
     }
 
-    /// How the board is.
+    /// State of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -188,7 +188,7 @@ impl Client {
         self.conversation.command(&Request::Rate(hz))
     }
 
-    /// Has the board take so many scans at a time.
+    /// Sets how many scans the board takes at a time.
     ///
     /// # Errors
     /// [`LinkError`].

@@ -102,7 +102,7 @@ pub enum TransportError {
         /// As asked.
         port: String,
     },
-    /// Nobody listens.
+    /// No server listens.
     #[error(
         "cannot connect to {port} ({reason}); is the virtual board running and listening there?"
     )]

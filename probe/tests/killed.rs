@@ -117,7 +117,7 @@ fn a_capture_asked_to_stop_stops_the_stream_and_says_where_the_scans_are() {
         assert_eq!(output.status.code(), Some(130), "{text}");
         for says in [
             "the recording broke off: stopped on request",
-            "the board goes on sampling",
+            "the board keeps sampling",
             "scans are in run.csv.part, and what they belong to in run.json.part",
             "hexsense capture --seconds 60 --out run.csv",
         ] {
@@ -218,7 +218,10 @@ fn a_capture_goes_on_across_a_cut_line_with_a_gap() {
     let output = hexsense(folder.path(), &port, &arguments).output().unwrap();
     let text = said(&output);
     assert!(output.status.success(), "{text}");
-    assert!(text.contains("what is missing is a gap"), "{text}");
+    assert!(
+        text.contains("the scans that are missing are a gap"),
+        "{text}"
+    );
     let capture = Capture::load(&folder.path().join("run.csv")).unwrap();
     let [gap] = capture.gaps()[..] else {
         panic!("{:?}", capture.gaps())
@@ -242,7 +245,7 @@ fn a_capture_does_not_go_on_across_a_restart() {
     let text = said(&output);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(
-        text.contains("the board has started anew (PowerOn)") && text.contains("run.csv.part"),
+        text.contains("the board has restarted (PowerOn)") && text.contains("run.csv.part"),
         "{text}"
     );
     let (capture, _) = Capture::salvage(&folder.path().join("run.csv.part")).unwrap();

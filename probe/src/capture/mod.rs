@@ -15,7 +15,7 @@
 //! Numbers are written with the digits that bring back the very same number, so equal input gives equal bytes.
 //!
 //! A capture that is under way, or that broke off, is the file `NAME.csv.part` of the same format. It becomes `NAME.csv`
-//! when it is complete, so the name tells one from the other. Every block is handed to the system as it comes, and the
+//! when it is complete, so the name shows whether it is complete. Every block is handed to the system as it comes, and the
 //! system writes it to the disk twice a second: when hexsense is killed or the power goes, everything up to the last second
 //! is there. Only the last row can be torn then; [`Capture::salvage`] passes over it and reports it.
 //!
@@ -61,7 +61,7 @@ impl Capture {
             .collect()
     }
 
-    /// Indices of `scans` scans from counter `first_scan` on; `None` when one of them is missing, or none is asked for.
+    /// Indices of `scans` scans from counter `first_scan` on; `None` when a scan is missing or `scans` is zero.
     #[must_use]
     pub fn window(&self, first_scan: u64, scans: usize) -> Option<Range<usize>> {
         let first = self.scans.binary_search(&first_scan).ok()?;
@@ -70,7 +70,7 @@ impl Capture {
     }
 }
 
-/// The first line of a capture file, without its end.
+/// The first line of a capture file, without the newline.
 fn header(values: bool) -> String {
     let mut header = format!("scan,{},supply,temperature_c", NAMES.join(","));
     if values {

@@ -30,7 +30,7 @@ pub struct CaptureWriter {
 }
 
 impl CaptureWriter {
-    /// Starts the capture file `path`, with or without calibrated values; what an earlier one left as `.part` is gone.
+    /// Starts the capture file `path`, with or without calibrated values. It replaces the `.part` file of an earlier one.
     ///
     /// # Errors
     /// [`FileError::Write`] and [`FileError::BrokenOff`].
@@ -93,7 +93,7 @@ impl CaptureWriter {
     }
 
     fn broken_off(&mut self, reason: io::Error) -> FileError {
-        // Half a row is of no use; where it cannot be taken away, the reader passes over it.
+        // Half a row is of no use. Where it cannot be cut off, the reader passes over it.
         let _ = self.file.set_len(self.length);
         FileError::BrokenOff {
             file: files::part_of(&self.path).display().to_string(),
@@ -117,7 +117,7 @@ impl CaptureWriter {
 }
 
 impl Drop for CaptureWriter {
-    /// What broke off is put on the disk too; where that fails, an error is under way already.
+    /// A recording that broke off is put on the disk too. A failure here adds nothing to the error at hand.
     fn drop(&mut self) {
         let _ = self.file.sync_data();
     }

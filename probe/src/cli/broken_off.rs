@@ -15,7 +15,7 @@ pub struct BrokenOff {
     /// What happened.
     #[source]
     pub reason: Box<RecordError>,
-    /// What is not lost.
+    /// What is safe.
     pub safe: String,
     /// What to do.
     pub next: String,
@@ -41,7 +41,7 @@ pub fn of_sequence(error: SequenceError, campaign: &Campaign, again: &str) -> an
         what: format!("run {name}"),
         reason,
         safe: format!(
-            "nothing on the board has changed, it goes on sampling and its coefficients are still active; {complete}"
+            "nothing on the board has changed, it keeps sampling and its coefficients are still active; {complete}"
         ),
         next: format!("bring the base home, then go on with run {name} by\n         {again}"),
     };

@@ -23,21 +23,21 @@ use crate::record::sequence::SequenceJob;
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack program that
-/// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
-/// Nothing on the board changes: `hexsense upload` does that.
+/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack
+/// program that hexsense names into the motion controller, and start it when hexsense says so; with --twin the runs start
+/// by themselves. Nothing on the board changes: `hexsense upload` does that.
 ///
 /// In sine runs the board sums up harmonics at the drive frequencies, in blocks of 1 to 32 scans. It would mistake a
 /// disturbance at m·RATE/BLOCK ± k·f for harmonic k of the drive f; hexsense takes the largest block that keeps every
 /// frequency in lines_hz of the sensor file (default: mains of 50 Hz), with its multiples up to the fifth, off these
-/// places. Name there what else is known to disturb: servos, structure, fans. What is not named is not avoided; the
-/// coefficients do not depend on it, as they come from the recorded scans.
+/// places. Name every other known disturbance there: servos, structure, fans. A disturbance that is not named is not
+/// avoided. The coefficients do not depend on it, because they come from the recorded scans.
 ///
 /// A campaign that was begun goes on at its first run that is not complete: with the same command, or with --resume,
-/// which takes base, sensors, plan, rate and date from the folder. What is given again must be what the folder holds.
-/// Ctrl-C stops the run under way: the base is told to go home, the board goes on sampling, and the run is recorded again
-/// from its start by the command that hexsense then prints. A board that is unplugged is waited for; when the same board
-/// is back, the run is recorded again.
+/// which takes base, sensors, plan, rate and date from the folder. An argument that is given again must agree with the
+/// folder. Ctrl-C stops the run under way: the base is sent home, the board keeps sampling, and hexsense prints the command
+/// that records the run again from its start. hexsense waits for a board that is unplugged; when the same board is back,
+/// the run is recorded again.
 #[derive(Args)]
 pub struct Calibrate {
     #[command(flatten)]
@@ -128,7 +128,7 @@ impl Calibrate {
         }
     }
 
-    /// Records what is not recorded yet; unique id of the board, and whether it has a key.
+    /// Records the runs that are not recorded yet; returns the unique id of the board, and whether it has a key.
     fn record(
         &self,
         campaign: &Campaign,

@@ -16,16 +16,16 @@ use crate::record::board::Streaming;
 use crate::record::sink::Recorded;
 use crate::record::timed::{TimedError, TimedJob};
 
-/// Record what the board measures into a CSV file, with a note of what it belongs to beside it.
+/// Record what the board measures into a CSV file, with a note beside it.
 ///
 /// The file has a row for each scan: its counter, the raw counts of all fifteen channels, the supply factor, the
 /// temperature, and with --values the nine values that the board calibrated. Scans that do not arrive are missing rows,
-/// and FILE.json lists them beside the rate, the board, and the set that was active. What the link cannot carry is
-/// refused: at 4000 Hz it carries counts and no values.
+/// and the note FILE.json lists them beside the rate, the board, and the set that was active. A stream that the link
+/// cannot carry is refused: at 4000 Hz it carries counts and no values.
 ///
 /// While it grows, and when it breaks off, the recording is FILE.csv.part, readable like the complete one and on the disk
-/// up to the last second. Ctrl-C stops it there; the board goes on sampling. A board whose line was cut is waited for, and
-/// what it sampled meanwhile is a gap; one that has started anew ends the recording.
+/// up to the last second. Ctrl-C stops the recording; the board keeps sampling. When the line to the board is cut, hexsense
+/// waits for it, and the scans of that time are a gap; a board that has restarted ends the recording.
 #[derive(Args)]
 pub struct Capture {
     #[command(flatten)]
@@ -36,8 +36,8 @@ pub struct Capture {
     #[arg(long, value_name = "S", value_parser = length)]
     seconds: f64,
     /// Scans that the board takes at a time: 1, 4, 8, 16 or 32. A large block costs the board and the link less, a small
-    /// one is sooner there. Harmonics that the board sums up in blocks mistake disturbances at m·RATE/BLOCK ± k·f for
-    /// harmonic k of f; recorded scans do not
+    /// one arrives sooner. Harmonic sums of the board mistake disturbances at m·RATE/BLOCK ± k·f for harmonic k of f;
+    /// recorded scans do not
     #[arg(long, value_name = "BLOCK", default_value = "16", value_parser = block)]
     block: BlockSize,
     /// Record the board's calibrated values too
@@ -116,13 +116,13 @@ impl Capture {
             what: "the recording".to_owned(),
             reason,
             safe: format!(
-                "the board goes on sampling; {} scans are in {}, and what they belong to in {}",
+                "the board keeps sampling; {} scans are in {}, and what they belong to in {}",
                 recorded.scans,
                 out.display(),
                 note.display()
             ),
             next: format!(
-                "keep those under other names if you need them, then record anew by\n         {}",
+                "keep those under other names if you need them, then record again by\n         {}",
                 same_again()
             ),
         }

@@ -31,9 +31,10 @@ use hexsense_client::Client;
 ///
 /// Drives the first run of the plan whose purpose is to verify (by default all six degrees of freedom at once), lets
 /// the board calibrate while it samples, and compares with what the jacks say. Writes verification.json and completes
-/// report.html. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients
-/// came from. Fails when a channel's error is over 3 % of its signal, or its mean error outside its uncertainty, and when a
-/// pose that the board found is more than 5e-7 m or rad off the one that double precision finds from the same counts.
+/// report.html. The movement is recorded again each time. --out is the folder of the campaign that the coefficients came
+/// from. The command fails when the error of a channel is over 3 % of its signal, when a mean error is outside its
+/// uncertainty, and when a pose of the board differs by more than 5e-7 m or rad from the pose that double precision finds
+/// from the same counts.
 #[derive(Args)]
 pub struct Verify {
     #[command(flatten)]
@@ -95,7 +96,7 @@ impl Verify {
         judge(&campaign, run, &ours, poses, elapsed_s)
     }
 
-    /// Records the movement; the board, and the identity of its set.
+    /// Records the movement; returns the client of the board, and the identity of its set.
     fn record(
         &self,
         campaign: &Campaign,
@@ -130,7 +131,7 @@ impl Verify {
     }
 }
 
-/// Whether the set on the board is the one that this campaign ended with; its identity.
+/// Makes sure that the set on the board is the one that this campaign ended with, and returns its identity.
 fn check_active(
     client: &mut Client,
     ours: &CoefficientSet,

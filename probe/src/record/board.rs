@@ -27,7 +27,7 @@ impl Streaming {
     }
 }
 
-/// Makes sure that the board is fit to record a campaign, sets its rate, and says who it is. It does not stream afterwards.
+/// Makes sure that the board is fit to record a campaign, stops its stream, sets its rate, and returns its identity.
 ///
 /// # Errors
 /// What the link reports, a board without its crystal, and a rate that it does not offer.

@@ -1,9 +1,9 @@
 //! What the board is asked to estimate in a run: up to three drive frequencies, and one block for all of them.
 //!
-//! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work. It is limited as
-//! told in [`hexsense_core::harmonics::choice`]: the fifth harmonic may turn by a tenth of a turn in a block, and no known
-//! disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. The link carries a stream in
-//! every block or in none. All of this is known before anything moves.
+//! The board adds the scans of a block up before it multiplies by sine and cosine; a large block costs it less work. Two
+//! things limit the block (see [`hexsense_core::harmonics::choice`]): the fifth harmonic may turn by a tenth of a turn in it,
+//! and no known disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. Whether the link
+//! carries the stream does not depend on the block. All of this is known before anything moves.
 //!
 //! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
 
@@ -21,9 +21,9 @@ use crate::sensor_file::SensorFile;
 pub struct DriveLine {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Start of the time that is estimated over, s from the start of the program.
+    /// Start of the estimate, s from the start of the program.
     pub start_s: f64,
-    /// Length of that time, s.
+    /// Length of the estimate, s.
     pub length_s: f64,
 }
 
@@ -103,7 +103,7 @@ impl DriveChoice {
 }
 
 impl DriveLine {
-    /// The drive for this line, after so many blocks; `None` when the frequency is none at this rate.
+    /// The drive for this line, after so many blocks; `None` when the board cannot make this frequency at this rate.
     #[must_use]
     pub fn drive(&self, rate_hz: u32, block: BlockSize, settle_blocks: u32) -> Option<Drive> {
         let scans = self.length_s * f64::from(rate_hz);
@@ -129,7 +129,7 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The largest block that every line allows; single scans where none is free of disturbances.
+    /// The largest block that every line allows; single scans when disturbances forbid every block.
     fn block(&self, lines: &[DriveLine]) -> Result<BlockSize, NoChoice> {
         let mut largest = BlockSize::ThirtyTwo;
         for line in lines {

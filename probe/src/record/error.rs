@@ -60,7 +60,7 @@ pub enum RecordError {
         /// How long movement was waited for, s.
         waited_s: f64,
     },
-    /// The scans began anew.
+    /// The scan counter went back.
     #[error(
         "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
          at `hexsense status` for what it reports"
@@ -71,11 +71,11 @@ pub enum RecordError {
         /// Counter that was due.
         expected: u64,
     },
-    /// The board went away and started anew, where a recording had to go on.
+    /// The board went away and restarted, and this recording cannot go on across a restart.
     #[error(
-        "the board has started anew ({cause:?}) and counts its scans from zero, so this recording cannot go on"
+        "the board has restarted ({cause:?}) and counts its scans from zero, so this recording cannot go on"
     )]
-    StartedAnew {
+    RestartedAway {
         /// Why it started.
         cause: ResetCause,
     },
@@ -98,7 +98,7 @@ pub enum RecordError {
         run: String,
         /// Drive frequency, Hz.
         frequency_hz: f64,
-        /// How far they are.
+        /// State of the analyser.
         state: AnalyserState,
     },
     /// A request to stop.
@@ -107,7 +107,7 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// Whether the board went away, fell silent or started anew: it can be waited for.
+    /// Whether the board went away, fell silent or restarted: it can be waited for.
     #[must_use]
     pub fn is_loss(&self) -> bool {
         match self {

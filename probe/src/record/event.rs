@@ -26,7 +26,7 @@ pub enum Event<'a> {
     RecordedAlready(Place<'a>),
     /// A run comes next.
     Next {
-        /// Which.
+        /// The run and its place.
         place: Place<'a>,
         /// Its length, s.
         duration_s: f64,
@@ -37,7 +37,7 @@ pub enum Event<'a> {
     BrokeOffBefore {
         /// The run.
         run: &'a str,
-        /// Scans in what it left, and its torn row; or why that cannot be read.
+        /// The scans that it left, and its torn row; or why its file cannot be read.
         left: Result<(usize, Option<Torn>), FileError>,
     },
     /// The recording of a run begins.
@@ -59,26 +59,26 @@ pub enum Event<'a> {
         run: &'a str,
         /// How many.
         lost: u64,
-        /// Scans that did.
+        /// Scans that arrived.
         scans: u64,
     },
     /// The board went away.
     Away {
         /// The run that was being recorded; `None` for a recording outside a campaign.
         run: Option<&'a str>,
-        /// How it went.
+        /// How it was lost.
         lost: &'a str,
     },
     /// The board is waited for.
     Waiting {
-        /// Where.
+        /// The port.
         port: &'a str,
         /// How much longer, s.
         left_s: f64,
     },
     /// The board is back.
     Back {
-        /// Why it started anew, if it did.
+        /// Why it restarted, if it did.
         restarted: Option<ResetCause>,
     },
     /// The run is recorded again.
@@ -110,7 +110,7 @@ impl fmt::Display for Place<'_> {
 }
 
 impl Event<'_> {
-    /// The event in words; `None` for those that only a display of progress shows.
+    /// The event in words; `None` for events that only a progress bar shows.
     #[must_use]
     pub fn text(&self) -> Option<String> {
         Some(match self {
@@ -149,12 +149,13 @@ impl Event<'_> {
                 format!("waiting {left_s} s for the board to come back on {port}")
             }
             Self::Back { restarted } => match restarted {
-                Some(cause) => format!("the board is back; it has started anew ({cause:?})"),
-                None => "the board is back; it has gone on meanwhile".to_owned(),
+                Some(cause) => format!("the board is back; it has restarted ({cause:?})"),
+                None => "the board is back; it has kept sampling".to_owned(),
             },
             Self::Again { run } => format!("run {run} is recorded again from its start"),
             Self::GoesOn => {
-                "the board is back and has gone on meanwhile; what is missing is a gap".to_owned()
+                "the board is back and has kept sampling; the scans that are missing are a gap"
+                    .to_owned()
             }
             Self::FramesMissing(frames) => {
                 format!("{frames} frames of the stream did not arrive whole")

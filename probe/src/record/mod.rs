@@ -10,9 +10,9 @@
 //! - [`timed`]: a recording of a given length, outside of campaigns.
 //! - [`run`]: one run of a campaign. [`drives`] chooses what the board estimates in it, [`jacks`] averages the jacks,
 //!   [`rest`] sees the base at rest, and [`onset`] sees it move.
-//! - [`sequence`]: the runs of a campaign, one after another, again where the board went away.
+//! - [`sequence`]: the runs of a campaign, one after another.
 //! - [`board`]: the board as a recording needs it. [`reconnect`] waits for one that went away.
-//! - [`event`]: what happens meanwhile, for the program that shows it.
+//! - [`event`]: what happens during a recording, for the program that shows it.
 //! - `error`: why a recording breaks off.
 
 pub mod board;

@@ -1,6 +1,6 @@
-//! When a run starts, seen in the jacks while it is recorded.
+//! The onset of a run: when the base begins to move, seen in the jacks while the run is recorded.
 //!
-//! The motion controller starts some seconds after it was told to. With [windows](super::jacks) of the jacks,
+//! The motion controller starts some seconds after the start command. With [windows](super::jacks) of the jacks,
 //!
 //! ```text
 //! detected:  |Δ_k − rest_k| > max(2 mm, 8σ of a window at rest)     k: the jack that moved most
@@ -50,7 +50,7 @@ impl OnsetWatch {
         }
     }
 
-    /// Takes a block; the scan of the onset as soon as the base is seen to move.
+    /// Takes a block; returns the scan of the onset as soon as the base moves.
     pub fn watch(&mut self, block: &Block, jacks: &mut JackMeans) -> Option<u64> {
         let mean = jacks.push(block)?;
         let moved = |jack: usize| (mean[jack] - self.rest.mean_m[jack]).abs();

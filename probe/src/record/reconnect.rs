@@ -1,9 +1,9 @@
 //! A board that went away during a recording, and comes back.
 //!
 //! The port is opened again and again until a board answers on it. Then two questions decide whether a recording can go on:
-//! is it the same board, by the unique id of its chip, and did it go on meanwhile or start anew? It has started anew when
-//! its scan counter is behind the last one heard, or when it has been up for less time than it was away. The latter says
-//! nothing of a virtual board in lockstep, whose time stands still while it is away.
+//! is it the same board, by the unique id of its chip, and did it go on sampling or restart? It has restarted when its scan
+//! counter is below the last one heard, or when its uptime is shorter than the time that it was away. The uptime of a
+//! virtual board in lockstep says nothing, because its time stands still while no host is connected.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -32,7 +32,7 @@ pub struct Patience<'a> {
     pub interrupt: &'a Interrupt,
 }
 
-/// Why recording cannot go on.
+/// Why the board is not back.
 #[derive(Debug, thiserror::Error)]
 pub enum NotBack {
     /// No board.
@@ -59,13 +59,13 @@ pub enum NotBack {
     /// The board answers and cannot be used.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// A request to stop came meanwhile.
+    /// A request to stop came while the board was waited for.
     #[error("{0}")]
     Interrupted(#[from] Interrupted),
 }
 
-/// Waits for the board of `client`, which is lost as `lost` says, and connects to it again; why it started anew, if it
-/// did. Its stream is as it was left.
+/// Waits for the board of `client`, which was lost as `lost` says, and connects to it again. Returns why it restarted, if it
+/// did. Its stream stays as it is.
 ///
 /// # Errors
 /// [`NotBack`].

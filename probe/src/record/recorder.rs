@@ -90,7 +90,7 @@ impl<'a> Recorder<'a> {
         self.begin_again()
     }
 
-    /// Drops what is recorded and begins anew with the next block.
+    /// Drops what is recorded and begins again with the next block.
     ///
     /// # Errors
     /// [`RecordError::File`].

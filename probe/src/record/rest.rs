@@ -33,7 +33,7 @@ pub enum Unrest {
     },
 }
 
-/// What rest looks like.
+/// The jacks of a base at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtRest {
     /// Mean displacement from mid-stroke, m.
@@ -42,7 +42,7 @@ pub struct AtRest {
     pub deviation_m: Displacements,
 }
 
-/// Learns what rest looks like.
+/// Watches the jacks until the base is at rest at home.
 #[derive(Debug)]
 pub struct RestWatch {
     home_m: Displacements,
@@ -60,10 +60,10 @@ impl RestWatch {
         }
     }
 
-    /// Takes a block; what rest looks like when a second of it has been seen.
+    /// Takes a block; returns the rest when it has lasted for a second.
     ///
     /// # Errors
-    /// [`Unrest`] when that second was not one at rest at home; learning has then begun anew.
+    /// [`Unrest`] when the base was not at rest at home in that second; the watch then starts from the next block.
     pub fn learn(
         &mut self,
         block: &Block,

@@ -1,11 +1,11 @@
 //! One run of a campaign: from the first block to the capture and the board's own harmonic sums.
 //!
 //! ```text
-//! stream on ── rest seen ── controller told ── onset seen ── drives set ── … ── end + 1 s ── stream off ── sums read
+//! stream on ── rest seen ── controller started ── onset seen ── drives set ── … ── end + 1 s ── stream off ── sums read
 //! ```
 //!
-//! Nothing waits for ever: a base that does not come to rest within 60 s or does not move within 30 s, and sums that are not
-//! complete at the end are errors that say what to check.
+//! Every wait ends: a base that does not come to rest within 60 s, a base that does not move within 30 s, and sums that are
+//! not complete at the end are errors that say what to check.
 
 use hexsense_client::{Client, LinkError};
 use hexsense_core::channel::CHANNELS;
@@ -28,7 +28,7 @@ use crate::plan::Run;
 
 /// How long the base may take to come to rest at home before a run, s.
 const MAX_REST_WAIT_S: f64 = 60.0;
-/// How long the base may take to start after the controller was told, s.
+/// How long the base may take to start after the start command, s.
 const MAX_ONSET_WAIT_S: f64 = 30.0;
 /// Recorded after the end of the program, s.
 const AFTER_S: f64 = 1.0;
@@ -76,7 +76,8 @@ pub struct RunJob<'a> {
 /// Records one run.
 ///
 /// # Errors
-/// [`RecordError`]. The base has then been told to return home, and the folder holds no recording of this run.
+/// [`RecordError`]. The base is then on its way home, as far as the controller obeys, and the folder holds no recording of
+/// this run.
 pub fn record(
     client: &mut Client,
     motion: &mut dyn Motion,
@@ -192,7 +193,7 @@ impl RunJob<'_> {
         }
     }
 
-    /// Waits for the onset of the program that the controller was told to start.
+    /// Waits for the onset of the program that the controller starts.
     fn onset(
         &self,
         recorder: &mut Recorder,

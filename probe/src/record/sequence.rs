@@ -1,4 +1,4 @@
-//! The runs of a campaign, recorded one after another, also when the board goes away meanwhile.
+//! The runs of a campaign, one after another. A run in which the board goes away is recorded again.
 
 use std::time::Duration;
 
@@ -119,7 +119,7 @@ impl SequenceJob<'_> {
         Ok(self.interrupt.check()?)
     }
 
-    /// What an earlier attempt left; it is recorded anew.
+    /// Shows what an earlier attempt left; the run is recorded again.
     fn show_what_broke_off(&self, run: &Run, show: Show) {
         let part = files::part_of(&self.campaign.capture_path(&run.name));
         if part.exists() {

@@ -36,7 +36,7 @@ pub struct TimedJob<'a> {
 pub struct TimedError {
     /// Why.
     pub reason: Box<RecordError>,
-    /// What is recorded; `None` when the board refused to stream, or no file could be begun.
+    /// What is recorded; `None` when the board refused to stream, or a file could not be begun.
     pub recorded: Option<Recorded>,
 }
 
@@ -50,7 +50,8 @@ impl<E: Into<RecordError>> From<E> for TimedError {
 }
 
 impl TimedJob<'_> {
-    /// Makes the recording, also across a time in which the board was away; the stream is off afterwards.
+    /// Makes the recording. When the board goes away, it is waited for, and the scans of that time are a gap. The stream is
+    /// off afterwards.
     ///
     /// # Errors
     /// [`TimedError`].
@@ -106,7 +107,7 @@ impl TimedJob<'_> {
                     start.get_or_insert(block.header.first_scan);
                     is_heard = true;
                 }
-                // A board that comes back and sends nothing would be waited for for ever.
+                // Only once in a row: a board that comes back and sends nothing must not be waited for without end.
                 Err(error) if error.is_loss() && is_heard => {
                     is_heard = false;
                     self.find_again(recorder.client(), &error, patience, show)?;
@@ -117,7 +118,7 @@ impl TimedJob<'_> {
         Ok(())
     }
 
-    /// Waits for a board that went away; it must have gone on counting scans meanwhile.
+    /// Waits for a board that went away. It must have gone on counting scans.
     fn find_again(
         &self,
         client: &mut Client,
@@ -131,7 +132,7 @@ impl TimedJob<'_> {
             lost: &lost,
         });
         if let Some(cause) = reconnect(client, lost, patience, show)? {
-            return Err(RecordError::StartedAnew { cause });
+            return Err(RecordError::RestartedAway { cause });
         }
         client.stream(self.streaming.content)?;
         show(&Event::GoesOn);
