@@ -31,7 +31,7 @@ pub trait Transport {
     /// The port as it was asked for.
     fn port(&self) -> &str;
 
-    /// Whether this transport's clock goes on while nobody reads.
+    /// Whether this transport's clock goes on while no host reads.
     fn is_real_time(&self) -> bool {
         true
     }

@@ -96,7 +96,7 @@ fn a_killed_capture_leaves_everything_up_to_the_last_second() {
         assert!(output.status.success(), "{command}: {}", said(&output));
         assert!(board.lock().unwrap().streams(), "{command}");
     }
-    let again = ["capture", "--seconds", "0.2", "--rate", "2000"];
+    let again = ["capture", "--seconds", "0.02", "--rate", "2000"];
     let again = [&again[..], &["--block", "1", "--out", "run.csv"]].concat();
     let output = hexsense(folder.path(), &port, &again).output().unwrap();
     assert!(output.status.success(), "{}", said(&output));

@@ -5,8 +5,8 @@
 //!                              └─ the caller: rest and onset of the base, progress, end of the recording
 //! ```
 //!
-//! Scans that are missing are found here and nowhere else. A request to stop is heard between two blocks, and a stream that
-//! stays away for [`BLOCK_WAIT`] is an error.
+//! Missing scans are found here and in no other place. A request to stop takes effect between two blocks, and a stream from
+//! which no block comes for two seconds is an error.
 
 use std::time::Duration;
 
