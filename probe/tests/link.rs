@@ -61,6 +61,23 @@ fn another_wire_version_is_named_with_what_to_update() {
 }
 
 #[test]
+fn a_server_that_closes_a_connection_at_once_is_in_use() {
+    let listener = fake::source::listener();
+    let address = fake::source::address(&listener);
+    std::thread::spawn(move || listener.incoming().for_each(drop));
+    for scheme in ["tcp", "lockstep"] {
+        let port = format!("{scheme}:{address}");
+        let error = Client::open(&port).err().expect("a closed connection");
+        assert!(
+            matches!(error, LinkError::Transport(TransportError::InUse { .. })),
+            "{error}"
+        );
+        let text = error.to_string();
+        assert!(text.starts_with(&format!("{port} is in use")), "{text}");
+    }
+}
+
+#[test]
 fn a_lost_answer_is_asked_for_again() {
     for fault in [Fault::LoseAnswer(1), Fault::DamageAnswer(1)] {
         let board = board(|board| board.fault = fault);
