@@ -1,4 +1,4 @@
-//! What the board can be asked, with an answer of the right type for each question.
+//! One function for each request, with an answer of the right type.
 
 use std::time::Duration;
 
@@ -14,7 +14,9 @@ use hexsense_core::wire::{
 };
 
 use super::conversation::{Contact, Conversation, answer_error};
-use super::{LinkError, Transport, transport};
+use super::error::LinkError;
+use super::port;
+use super::transport::{Ended, Transport};
 
 /// A board that has greeted and speaks our version.
 pub struct Client {
@@ -50,12 +52,13 @@ pub struct HarmonicsReport {
 const MAX_SOLVE: Duration = Duration::from_secs(60);
 
 impl Client {
-    /// Opens `port` and makes sure that a board of our version is behind it; it does not stream afterwards.
+    /// Opens `port` and makes sure that a board of our version is behind it. Nothing changes on the board: a stream that
+    /// is on goes on.
     ///
     /// # Errors
     /// [`LinkError`], among them another wire version.
     pub fn open(port: &str) -> Result<Self, LinkError> {
-        Self::connect(transport::open(port)?)
+        Self::connect(port::open(port)?)
     }
 
     /// The same on an open transport.
@@ -65,13 +68,25 @@ impl Client {
     pub fn connect(transport: Box<dyn Transport>) -> Result<Self, LinkError> {
         let mut conversation = Conversation::new(transport);
         let firmware = conversation.greet()?.firmware;
-        let mut client = Self {
+        Ok(Self {
             conversation,
             firmware,
-        };
-        client.stream(StreamContent::default())?;
-        client.forget_blocks();
-        Ok(client)
+        })
+    }
+
+    /// Ends the connection and opens the port again, for a board that went away. Waiting blocks are dropped. After an error
+    /// there is no connection, and the call may be repeated.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn reopen(&mut self) -> Result<(), LinkError> {
+        let port = self.port().to_owned();
+        // The old connection ends first: a port is open to one at a time.
+        self.conversation = Conversation::new(Box::new(Ended { port: port.clone() }));
+        let mut conversation = Conversation::new(port::open(&port)?);
+        self.firmware = conversation.greet()?.firmware;
+        self.conversation = conversation;
+        Ok(())
     }
 
     /// Version of the board's firmware: major, minor, patch.
@@ -86,7 +101,7 @@ impl Client {
         self.conversation.port()
     }
 
-    /// Whether the board's clock goes on while nobody waits for it.
+    /// Whether the board's clock goes on while no host waits for it.
     #[must_use]
     pub fn is_real_time(&self) -> bool {
         self.conversation.is_real_time()
@@ -112,7 +127,7 @@ impl Client {
     /// The next block of samples, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
         self.conversation.block(timeout)
     }
@@ -120,7 +135,7 @@ impl Client {
     /// The next pose, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
         self.conversation.pose(timeout)
     }
@@ -135,7 +150,7 @@ impl Client {
         self.conversation.forget_blocks();
     }
 
-    /// Who the board is.
+    /// Identity of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -146,7 +161,7 @@ impl Client {
         }
     }
 
-    /// How the board is.
+    /// State of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -173,7 +188,7 @@ impl Client {
         self.conversation.command(&Request::Rate(hz))
     }
 
-    /// Has the board take so many scans at a time.
+    /// Sets how many scans the board takes at a time.
     ///
     /// # Errors
     /// [`LinkError`].

@@ -13,10 +13,10 @@ use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Request, Response};
 use sha2::{Digest, Sha256};
 
-use super::LinkError;
 use super::change::CHANGE;
 use super::client::Client;
 use super::conversation::answer_error;
+use super::error::LinkError;
 
 /// Why an upload was not completed, and what the board has now.
 #[derive(Debug, thiserror::Error)]
@@ -43,14 +43,14 @@ pub enum UploadError {
         "the board has stored the new coefficients, but reading them back broke off: {0}. See them with `hexsense show`"
     )]
     After(LinkError),
-    /// The bytes read back are others.
+    /// The bytes read back differ.
     #[error(
         "the board reads back another set ({read_back}) than the one uploaded ({uploaded}); upload again, and replace the board if it happens twice"
     )]
     Different {
         /// Identity of the set that was sent.
         uploaded: String,
-        /// Identity of what came back.
+        /// Identity of the set that came back.
         read_back: String,
     },
 }

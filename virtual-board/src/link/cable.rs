@@ -5,10 +5,11 @@
 //! is lost if no host is connected, or if the host does not read.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::door::{Door, Host};
 use super::error::LinkError;
 use super::pty::Pty;
 use crate::machine::Machine;
@@ -28,20 +29,16 @@ pub struct Cable {
 
 #[derive(Debug)]
 enum End {
-    Tcp {
-        listener: TcpListener,
-        host: Option<TcpStream>,
-    },
+    Tcp { door: Door, host: Option<Host> },
     Pty(Pty),
 }
 
 impl Cable {
     /// Hosts connect to this listener.
     pub fn over_tcp(listener: TcpListener) -> io::Result<Self> {
-        listener.set_nonblocking(true)?;
         Ok(Self {
             end: End::Tcp {
-                listener,
+                door: Door::new(listener)?,
                 host: None,
             },
         })
@@ -80,15 +77,11 @@ impl End {
     /// Reads the bytes of the host into the buffer; zero if there are none, or no host.
     fn receive(&mut self, buffer: &mut [u8]) -> usize {
         match self {
-            Self::Tcp { listener, host } => {
+            Self::Tcp { door, host } => {
                 if host.is_none() {
-                    *host = listener
-                        .accept()
-                        .ok()
-                        .map(|(stream, _)| stream)
-                        .filter(|stream| {
-                            stream.set_nonblocking(true).is_ok() && stream.set_nodelay(true).is_ok()
-                        });
+                    *host = door.look().filter(|host| {
+                        host.set_nonblocking(true).is_ok() && host.set_nodelay(true).is_ok()
+                    });
                 }
                 let Some(stream) = host.as_mut().filter(|_| !buffer.is_empty()) else {
                     return 0;

@@ -11,9 +11,10 @@
 //! no host is connected, time stands still.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 
 use super::counts::print_counts;
+use super::door::{Door, Host};
 use super::error::LinkError;
 use crate::machine::Machine;
 
@@ -25,20 +26,21 @@ const MAX_REQUEST: u32 = 1 << 20;
 /// The listening side.
 #[derive(Debug)]
 pub struct Lockstep {
-    listener: TcpListener,
+    door: Door,
 }
 
 impl Lockstep {
     /// Serves hosts that connect here.
-    pub fn new(listener: TcpListener) -> Self {
-        Self { listener }
+    pub fn new(listener: TcpListener) -> io::Result<Self> {
+        Ok(Self {
+            door: Door::new(listener)?,
+        })
     }
 
     /// Serves one host after another.
     pub fn serve(self, machine: &mut Machine) -> Result<std::convert::Infallible, LinkError> {
         loop {
-            let (stream, _) = self.listener.accept()?;
-            serve_host(stream, machine)?;
+            serve_host(self.door.wait()?, machine)?;
             print_counts(machine);
             machine.begin_counting();
         }
@@ -46,14 +48,14 @@ impl Lockstep {
 }
 
 /// Serves a host until it disconnects.
-fn serve_host(mut stream: TcpStream, machine: &mut Machine) -> Result<(), LinkError> {
+fn serve_host(mut host: Host, machine: &mut Machine) -> Result<(), LinkError> {
     // A broken connection is no failure of the board, which waits for the next host.
-    if stream.set_nodelay(true).is_err() {
+    if host.set_nodelay(true).is_err() {
         return Ok(());
     }
-    while let Ok((run_us, bytes)) = read_request(&mut stream) {
-        let answer = exchange(machine, run_us, &bytes)?;
-        if stream.write_all(&answer).is_err() {
+    while let Ok((run_us, bytes)) = read_request(&mut *host) {
+        let answer = run(machine, run_us, &bytes)?;
+        if host.write_all(&answer).is_err() {
             break;
         }
     }
@@ -80,7 +82,7 @@ fn read_request(stream: &mut impl Read) -> io::Result<(u32, Vec<u8>)> {
 }
 
 /// Carries out one request: bytes in, time on, bytes out.
-fn exchange(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
+fn run(machine: &mut Machine, run_us: u32, bytes: &[u8]) -> Result<Vec<u8>, LinkError> {
     machine.bus_mut().line_in(bytes);
     let end_s = machine.bus().now_s() + f64::from(run_us) * 1e-6;
     machine.run_until_silent(end_s, MAX_BYTES)?;

@@ -2,6 +2,7 @@
 
 pub mod cable;
 pub mod counts;
+mod door;
 pub mod error;
 pub mod lockstep;
 pub mod pty;
@@ -87,7 +88,7 @@ impl Link {
         match self {
             Self::Tcp(listener) => Cable::over_tcp(listener)?.serve(machine),
             Self::Pty(pty) => Cable::over_pty(pty).serve(machine),
-            Self::Lockstep(listener) => Lockstep::new(listener).serve(machine),
+            Self::Lockstep(listener) => Lockstep::new(listener)?.serve(machine),
         }
     }
 }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use anyhow::bail;
-use hexsense_client::transport::{self, Transport, TransportError};
+use hexsense_client::{Transport, TransportError, port};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::message::{decode_response, encode_request};
 use hexsense_core::wire::telemetry::{self, Block};
@@ -34,7 +34,7 @@ impl Line {
     /// Connects to a virtual board; its time stands still until something is asked of this line.
     pub fn open(address: &str) -> anyhow::Result<Self> {
         Ok(Self {
-            transport: transport::open(address)?,
+            transport: port::open(address)?,
             deframer: Box::default(),
             sequence: 0,
             answers: VecDeque::new(),

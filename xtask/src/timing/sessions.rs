@@ -129,7 +129,12 @@ impl Sessions {
     }
 
     fn connect(&self) -> anyhow::Result<Client> {
-        Client::open(self.board.address()).context("the firmware on the virtual board")
+        let mut client =
+            Client::open(self.board.address()).context("the firmware on the virtual board")?;
+        // The session before leaves its stream on.
+        client.stream(StreamContent::default())?;
+        client.forget_blocks();
+        Ok(client)
     }
 
     fn leave(&mut self, client: Client) -> anyhow::Result<Counts> {

@@ -1,4 +1,4 @@
-//! The part of `hexsense status` that tells what went wrong: events since the start, and starts since the power came on.
+//! What went wrong on the board, in words and in JSON: events since the start, and starts since the power came on.
 
 use hexsense_core::wire::status::{EventCount, Events, ResetCause, Resets};
 use serde_json::{Map, Value, json};
@@ -59,10 +59,11 @@ fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 13] {
 }
 
 /// One text for each kind of event that happened.
+#[must_use]
 pub fn texts(events: &Events) -> Vec<String> {
     let happened = named(events)
         .into_iter()
-        .filter(|(.., tally)| tally.count > 0);
+        .filter(|(.., event)| event.count > 0);
     happened
         .map(|(_, name, EventCount { count, last_ms })| {
             format!(
@@ -73,13 +74,14 @@ pub fn texts(events: &Events) -> Vec<String> {
         .collect()
 }
 
-/// Every event with its count and the uptime at the last, `null` when there was none.
+/// Every event with its count and the uptime at the last; `null` when it has not happened.
+#[must_use]
 pub fn to_json(events: &Events) -> Value {
-    let entry = |(key, _, tally): (&str, &str, EventCount)| {
-        let last_s = (tally.count > 0).then_some(tally.last_ms as f64 / 1e3);
+    let entry = |(key, _, event): (&str, &str, EventCount)| {
+        let last_s = (event.count > 0).then_some(event.last_ms as f64 / 1e3);
         (
             key.to_owned(),
-            json!({"count": tally.count, "last_uptime_s": last_s}),
+            json!({"count": event.count, "last_uptime_s": last_s}),
         )
     };
     Value::Object(named(events).into_iter().map(entry).collect::<Map<_, _>>())
@@ -99,6 +101,7 @@ fn key(cause: ResetCause) -> &'static str {
 }
 
 /// A cause in words.
+#[must_use]
 pub fn cause(cause: ResetCause) -> &'static str {
     match cause {
         ResetCause::PowerOn => "the power came on",
@@ -112,6 +115,7 @@ pub fn cause(cause: ResetCause) -> &'static str {
 }
 
 /// Why the board started last, and how long it had run before.
+#[must_use]
 pub fn last_start(last: ResetCause, resets: &Resets) -> String {
     let before = resets.previous_uptime_ms.map_or(String::new(), |ms| {
         format!(", after {:.1} s", ms as f64 / 1e3)
@@ -119,7 +123,8 @@ pub fn last_start(last: ResetCause, resets: &Resets) -> String {
     format!("{}{before}", cause(last))
 }
 
-/// How often it started.
+/// How often the board started, and why.
+#[must_use]
 pub fn starts(resets: &Resets) -> String {
     let counts = [
         (resets.brown_outs, "by dips of the supply"),
@@ -129,17 +134,19 @@ pub fn starts(resets: &Resets) -> String {
         (resets.watchdog, "by the watchdog"),
         (resets.other, "by others"),
     ];
-    let told = counts.iter().filter(|(count, _)| *count > 0);
-    let told: Vec<String> = told.map(|(count, by)| format!("{count} {by}")).collect();
-    let resets_told = if told.is_empty() {
-        "no reset".to_owned()
-    } else {
-        format!("resets: {}", told.join(", "))
+    let happened = counts.iter().filter(|(count, _)| *count > 0);
+    let causes: Vec<String> = happened
+        .map(|(count, by)| format!("{count} {by}"))
+        .collect();
+    let causes = match causes.is_empty() {
+        true => "no reset".to_owned(),
+        false => format!("resets: {}", causes.join(", ")),
     };
-    format!("{} since power-on; {resets_told}", resets.starts)
+    format!("{} since power-on; {causes}", resets.starts)
 }
 
-/// Both in JSON.
+/// Why the board started last, and how often it started, in JSON.
+#[must_use]
 pub fn starts_to_json(last: ResetCause, resets: &Resets) -> Value {
     json!({
         "cause": key(last),

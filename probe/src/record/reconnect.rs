@@ -1,25 +1,27 @@
 //! A board that went away during a recording, and comes back.
 //!
-//! The port is opened again and again until a board answers on it. Then two things are asked that a recording depends on:
-//! whether it is the same board, by the unique id of its chip, and whether it went on meanwhile or started anew. It has
-//! started anew when its scan counter is behind what was heard before, or when it has been up for less time than it was
-//! away; the latter says nothing of a virtual board in lockstep, whose time stands still while it is away.
+//! The port is opened again and again until a board answers on it. Then two questions decide whether a recording can go on:
+//! is it the same board, by the unique id of its chip, and did it go on sampling or restart? It has restarted when its scan
+//! counter is below the last one heard, or when its uptime is shorter than the time that it was away. The uptime of a
+//! virtual board in lockstep says nothing, because its time stands still while no host is connected.
 
 use std::thread;
 use std::time::{Duration, Instant};
 
 use hexsense_core::wire::status::ResetCause;
 
+use hexsense_client::{Client, Contact, LinkError, ProtocolError};
+
+use super::event::{Event, Show};
 use crate::files;
 use crate::interrupt::{Interrupt, Interrupted};
-use hexsense_client::{Client, Contact, LinkError, ProtocolError};
 
 /// Pause between two tries.
 const PAUSE: Duration = Duration::from_millis(200);
-/// How often it is said that the board is still away.
+/// How often an event tells that the board is still away.
 const SAY_EVERY: Duration = Duration::from_secs(10);
 
-/// How a board is waited for.
+/// The board that is waited for, and how long.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience<'a> {
     /// Unique id of its chip.
@@ -30,15 +32,7 @@ pub struct Patience<'a> {
     pub interrupt: &'a Interrupt,
 }
 
-/// The same board again.
-pub struct Back {
-    /// The board; it does not stream.
-    pub client: Client,
-    /// Why it started anew, if it did.
-    pub restarted: Option<ResetCause>,
-}
-
-/// Why recording cannot go on.
+/// Why the board is not back.
 #[derive(Debug, thiserror::Error)]
 pub enum NotBack {
     /// No board.
@@ -65,34 +59,42 @@ pub enum NotBack {
     /// The board answers and cannot be used.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// Somebody asked to stop meanwhile.
+    /// A request to stop came while the board was waited for.
     #[error("{0}")]
     Interrupted(#[from] Interrupted),
 }
 
-/// Waits for the board of `client`, which is lost as `lost` says.
+/// Waits for the board of `client`, which was lost as `lost` says, and connects to it again. Returns why it restarted, if it
+/// did. Its stream stays as it is.
 ///
 /// # Errors
 /// [`NotBack`].
-pub fn reconnect(client: Client, lost: String, patience: Patience) -> Result<Back, NotBack> {
-    let (port, contact) = (client.port().to_owned(), client.contact());
-    // Most ports are open to one at a time.
-    drop(client);
-    let mut client = open(&port, lost, patience)?;
+pub fn reconnect(
+    client: &mut Client,
+    lost: String,
+    patience: Patience,
+    show: Show,
+) -> Result<Option<ResetCause>, NotBack> {
+    let contact = client.contact();
+    reopen(client, lost, patience, show)?;
     let identity = client.identity()?;
     if identity.board != patience.board {
         return Err(NotBack::Other {
-            port,
+            port: client.port().to_owned(),
             board: files::hex(&patience.board),
             found: files::hex(&identity.board),
         });
     }
-    let restarted = has_restarted(&mut client, contact)?.then_some(identity.reset);
-    Ok(Back { client, restarted })
+    Ok(has_restarted(client, contact)?.then_some(identity.reset))
 }
 
 /// Opens the port as soon as a board answers on it.
-fn open(port: &str, lost: String, patience: Patience) -> Result<Client, NotBack> {
+fn reopen(
+    client: &mut Client,
+    lost: String,
+    patience: Patience,
+    show: Show,
+) -> Result<(), NotBack> {
     let start = Instant::now();
     let mut say = Duration::ZERO;
     loop {
@@ -102,12 +104,14 @@ fn open(port: &str, lost: String, patience: Patience) -> Result<Client, NotBack>
             return Err(NotBack::Away { lost, waited });
         }
         if waited >= say {
-            let left = (patience.wait - waited).as_secs_f64().ceil();
-            eprintln!("waiting {left} s for the board to come back on {port}");
+            show(&Event::Waiting {
+                port: client.port(),
+                left_s: (patience.wait - waited).as_secs_f64().ceil(),
+            });
             say = waited + SAY_EVERY;
         }
-        match Client::open(port) {
-            Ok(client) => return Ok(client),
+        match client.reopen() {
+            Ok(()) => return Ok(()),
             Err(error @ LinkError::Protocol(ProtocolError::Version { .. })) => {
                 return Err(error.into());
             }
