@@ -11,17 +11,13 @@
 //! | [`authority`] | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //!
-//! [`bench`] is the board and its flash memory, [`line`] the serial line to it, [`key_holder`] who changes its coefficients,
-//! [`gaps`] what is missing from a stream, [`outcome`] the account of a promise.
+//! [`gaps`] tells what is missing from a stream, [`outcome`] is the account of a promise.
 
 mod authority;
-mod bench;
 mod captures;
 mod counted;
 mod gaps;
 mod hostile;
-mod key_holder;
-mod line;
 mod no_loss;
 mod outcome;
 mod power_cut;
@@ -36,9 +32,9 @@ use anyhow::ensure;
 
 use self::outcome::Outcome;
 use self::power_cut::Extent;
-use crate::build::{self, Parts};
 
-#[derive(clap::Args)]
+/// `cargo xtask faults`
+#[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Print one line of JSON for each promise
     #[arg(long)]
@@ -67,9 +63,11 @@ const PROMISES: [&str; 7] = [
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
 
-/// Runs the campaign; fails when anything was lost or too little was tried.
+/// Runs the campaign.
+///
+/// # Errors
+/// When anything was lost or too little was tried.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let parts = build::everything()?;
     let start = Instant::now();
     let size = if arguments.short {
         &Size::SHORT
@@ -84,7 +82,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "there is no promise {only}; there are {PROMISES:?}"
         );
     }
-    let outcomes = carry_out(&parts, trials);
+    let outcomes = carry_out(trials);
     if !arguments.json {
         println!("promise    injected  minimum   lost");
     }
@@ -99,19 +97,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
     }
     eprintln!("the campaign took {:.0} s", start.elapsed().as_secs_f64());
-    judge(&outcomes)
-}
-
-/// The short form, for `cargo xtask test`.
-pub fn check() -> anyhow::Result<()> {
-    let outcomes = carry_out(&Parts::find()?, campaign(1, &Size::SHORT));
-    for outcome in &outcomes {
-        eprintln!("{}", outcome.row());
-    }
-    judge(&outcomes)
-}
-
-fn judge(outcomes: &[Outcome]) -> anyhow::Result<()> {
     let broken = outcomes.iter().filter(|outcome| !outcome.holds()).count();
     ensure!(broken == 0, "{broken} promises do not hold");
     Ok(())
@@ -160,60 +145,51 @@ type Tried = anyhow::Result<Vec<Outcome>>;
 /// One piece of work that does not depend on another.
 struct Trial {
     promises: &'static [&'static str],
-    work: Box<dyn FnOnce(&Parts) -> Tried + Send>,
+    work: Box<dyn FnOnce() -> Tried + Send>,
+}
+
+impl Trial {
+    /// Work that judges one promise.
+    fn one(
+        promise: &'static [&'static str; 1],
+        work: impl FnOnce() -> anyhow::Result<Outcome> + Send + 'static,
+    ) -> Self {
+        Self {
+            promises: promise,
+            work: Box::new(move || Ok(vec![work()?])),
+        }
+    }
 }
 
 /// All trials, the longest first.
 fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
-    fn one(outcome: anyhow::Result<Outcome>) -> Tried {
-        outcome.map(|outcome| vec![outcome])
-    }
-    let trial = |promises, work: Box<dyn FnOnce(&Parts) -> Tried + Send>| Trial { promises, work };
+    let extent = Extent {
+        uploads: size.uploads,
+        every: size.every_operation,
+        minimum: size.cuts,
+    };
+    let power_cut = Trial {
+        promises: &["power_cut", "audit"],
+        work: Box::new(move || power_cut::sweep(seed, &extent).map(Vec::from)),
+    };
     VecDeque::from([
-        trial(
-            &["recovery"],
-            Box::new(move |parts| one(soak::soak(parts, seed, size.soak_s))),
-        ),
-        trial(
-            &["power_cut", "audit"],
-            Box::new(move |parts| {
-                let extent = Extent {
-                    uploads: size.uploads,
-                    every: size.every_operation,
-                    minimum: size.cuts,
-                };
-                power_cut::sweep(parts, seed, &extent).map(Vec::from)
-            }),
-        ),
-        trial(
-            &["hostile"],
-            Box::new(move |parts| one(hostile::attack(parts, seed, size.flood_s))),
-        ),
-        trial(
-            &["recovery"],
-            Box::new(move |parts| one(recovery::resets(parts, seed, size.resets))),
-        ),
-        trial(
-            &["authority"],
-            Box::new(move |parts| one(authority::forge(parts, seed, size.forgeries))),
-        ),
-        trial(
-            &["counted"],
-            Box::new(move |parts| one(counted::inject(parts, seed, size.counts))),
-        ),
-        trial(
-            &["counted"],
-            Box::new(move |parts| one(captures::record(parts, seed, size.counts))),
-        ),
-        trial(
-            &["no_loss"],
-            Box::new(move |parts| one(no_loss::stream_through(parts, seed, size.changes))),
-        ),
+        Trial::one(&["recovery"], move || soak::soak(seed, size.soak_s)),
+        power_cut,
+        Trial::one(&["hostile"], move || hostile::attack(seed, size.flood_s)),
+        Trial::one(&["recovery"], move || recovery::resets(seed, size.resets)),
+        Trial::one(&["authority"], move || {
+            authority::forge(seed, size.forgeries)
+        }),
+        Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
+        Trial::one(&["counted"], move || captures::record(seed, size.counts)),
+        Trial::one(&["no_loss"], move || {
+            no_loss::stream_through(seed, size.changes)
+        }),
     ])
 }
 
 /// Carries trials out, two at a time, and adds up what they found about each promise.
-fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
+fn carry_out(trials: VecDeque<Trial>) -> Vec<Outcome> {
     let names: Vec<&str> = trials
         .iter()
         .flat_map(|trial| trial.promises)
@@ -229,7 +205,7 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
         for _ in 0..AT_ONCE {
             scope.spawn(|| {
                 while let Some(trial) = next() {
-                    let outcomes = try_out(parts, trial);
+                    let outcomes = try_out(trial);
                     outcomes
                         .iter()
                         .for_each(|outcome| eprintln!("{}", outcome.row()));
@@ -247,8 +223,8 @@ fn carry_out(parts: &Parts, trials: VecDeque<Trial>) -> Vec<Outcome> {
 }
 
 /// What a trial found; one that breaks off has broken its promises.
-fn try_out(parts: &Parts, trial: Trial) -> Vec<Outcome> {
-    (trial.work)(parts).unwrap_or_else(|error| {
+fn try_out(trial: Trial) -> Vec<Outcome> {
+    (trial.work)().unwrap_or_else(|error| {
         let broken = |promise: &&'static str| {
             let mut outcome = Outcome::new(promise, 1);
             outcome.lose(1, || format!("the trial broke off: {error:#}"));

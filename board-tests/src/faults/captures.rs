@@ -8,10 +8,11 @@ use anyhow::Context;
 use hexsense_probe::capture::Capture;
 use serde_json::{Value, json};
 
-use super::bench::Bench;
+use crate::bench::Bench;
 use super::outcome::Outcome;
-use crate::build::Parts;
+use crate::power::Power;
 use crate::process::checked;
+use crate::programs::Program;
 
 /// When the first fault comes, long after the capture has begun, and how far the next are apart.
 const FIRST_S: f64 = 2.0;
@@ -21,7 +22,7 @@ const RATE_HZ: u32 = 4_000;
 const LATE: u64 = 48;
 
 /// Records while each kind of fault comes so many times; the outcome is a part of the promise `counted`.
-pub fn record(parts: &Parts, seed: u64, times: u32) -> anyhow::Result<Outcome> {
+pub fn record(seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let kinds = [
         json!({"fault": "dma_stall", "of": "converters", "duration_us": 300}),
         json!({"fault": "trigger_stall", "duration_us": 40_000}),
@@ -37,12 +38,15 @@ pub fn record(parts: &Parts, seed: u64, times: u32) -> anyhow::Result<Outcome> {
         .collect();
     let mut outcome = Outcome::new("counted", faults.len() as u64);
     outcome.inject_many(faults.len() as u64);
-    let bench = Bench::new(parts, "captures", seed)?;
-    let board = bench.start(&faults)?;
+    let bench = Bench::new("faults/captures", seed)?;
+    let board = bench.start(&Power {
+        faults: &faults,
+        ..Power::default()
+    })?;
     let port = board.address("link")?;
     let file = bench.folder().join("capture.csv");
     let seconds = FIRST_S + APART_S * faults.len() as f64;
-    let mut command = Command::new(&parts.hexsense);
+    let mut command = Command::new(Program::HostTool.path()?);
     command.args(["capture", "--port", port, "--rate", &RATE_HZ.to_string()]);
     command.args(["--seconds", &format!("{seconds:.1}"), "--out"]);
     checked(command.arg(&file))?;

@@ -17,11 +17,10 @@ use hexsense_core::wire::message::encode_request;
 use hexsense_core::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
-use super::bench::Bench;
-use super::key_holder::{Account, Act, KeyHolder, pieces};
-use super::line::Line;
+use crate::bench::Bench;
+use crate::key_holder::{Account, KeyHolder, calibrate, pieces};
+use crate::line::Line;
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// Bytes that the line carries in a second.
@@ -32,15 +31,12 @@ const CHUNK_BYTES: usize = BYTES_PER_S as usize / 100;
 const CALM: Duration = Duration::from_millis(500);
 
 /// Sends everything bad once, then floods the line for so many virtual seconds with each kind of it.
-pub fn attack(parts: &Parts, seed: u64, flood_s: u64) -> anyhow::Result<Outcome> {
-    let bench = Bench::new(parts, "hostile", seed)?;
+pub fn attack(seed: u64, flood_s: u64) -> anyhow::Result<Outcome> {
+    let bench = Bench::new("faults/hostile", seed)?;
     let mut board = bench.on(&[])?;
     let line = &mut board.line;
-    let mut key_holder = KeyHolder::of(line)?;
     let mut random = Random(seed as u32 | 1);
-    key_holder.provision(line)?;
-    let set = random.set(key_holder.board);
-    key_holder.carry_out(line, &Act::Upload(Box::new(set.clone())))?;
+    let (key_holder, set) = calibrate(line, &mut random)?;
     line.order(&Request::Rate(4_000))?;
     let mut attack = Attack {
         scans_lost: line.status()?.scans_lost,
@@ -185,12 +181,12 @@ impl Attack {
             let bytes = self.wave(kind)?;
             line.send_bytes(&bytes)?;
             line.run(Duration::from_millis(10))?;
-            line.take_answers();
+            line.forget_answers();
         }
         self.outcome.inject_many(flood_s * 100);
         line.send_bytes(&[0])?;
         line.run(CALM)?;
-        line.take_answers();
+        line.forget_answers();
         self.unharmed(line)
             .map_err(|error| error.context(format!("after {flood_s} s of {kind:?}")))
     }

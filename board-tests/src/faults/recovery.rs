@@ -7,10 +7,9 @@ use anyhow::Context;
 use hexsense_core::wire::status::{ResetCause, Resets};
 use serde_json::{Value, json};
 
-use super::bench::{Bench, Board};
-use super::key_holder::{Account, Act, KeyHolder};
+use crate::bench::{Bench, Board};
+use crate::key_holder::{Account, calibrate};
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// Within this time of a reset the board samples with its coefficients.
@@ -100,16 +99,13 @@ fn ways() -> Vec<Way> {
 }
 
 /// Resets the board `rounds` times in every way, at instants drawn from the seed.
-pub fn resets(parts: &Parts, seed: u64, rounds: u64) -> anyhow::Result<Outcome> {
+pub fn resets(seed: u64, rounds: u64) -> anyhow::Result<Outcome> {
     let ways = ways();
     let mut outcome = Outcome::new("recovery", 100.min(rounds * ways.len() as u64));
-    let bench = Bench::new(parts, "recovery", seed)?;
-    let mut board = bench.on(&[])?;
-    let mut key_holder = KeyHolder::of(&mut board.line)?;
+    let bench = Bench::new("faults/recovery", seed)?;
     let mut random = Random(seed as u32 | 1);
-    key_holder.provision(&mut board.line)?;
-    let set = random.set(key_holder.board);
-    key_holder.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
+    let mut board = bench.on(&[])?;
+    calibrate(&mut board.line, &mut random)?;
     let account = Account::read(&mut board.line)?;
     drop(board);
     let mut slowest_s: f64 = 0.0;

@@ -7,11 +7,10 @@ use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change::{self, Key};
 use hexsense_core::wire::{Refusal, Request, Response};
 
-use super::bench::Bench;
-use super::key_holder::{Account, KeyHolder, pieces, upload_of};
-use super::line::Line;
+use crate::bench::Bench;
+use crate::key_holder::{Account, KeyHolder, pieces, upload_of};
+use crate::line::Line;
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// A challenge is good for ten seconds.
@@ -20,8 +19,8 @@ const EXPIRED: Duration = Duration::from_millis(10_001);
 const WRONG_IN_A_ROW: u32 = 8;
 
 /// Tries to change the board without its key; `forgeries` tags are off by one bit each.
-pub fn forge(parts: &Parts, seed: u64, forgeries: u64) -> anyhow::Result<Outcome> {
-    let mut trial = Trial::new(parts, seed, 100.min(forgeries + 30))?;
+pub fn forge(seed: u64, forgeries: u64) -> anyhow::Result<Outcome> {
+    let mut trial = Trial::new(seed, 100.min(forgeries + 30))?;
     let done = trial.unprovisioned();
     trial.outcome.settle(done);
     let recorded = trial.provision()?;
@@ -43,8 +42,8 @@ pub fn forge(parts: &Parts, seed: u64, forgeries: u64) -> anyhow::Result<Outcome
     Ok(trial.outcome)
 }
 
-struct Trial<'a> {
-    bench: Bench<'a>,
+struct Trial {
+    bench: Bench,
     key_holder: KeyHolder,
     set: CoefficientSet,
     random: Random,
@@ -53,9 +52,9 @@ struct Trial<'a> {
     outcome: Outcome,
 }
 
-impl<'a> Trial<'a> {
-    fn new(parts: &'a Parts, seed: u64, minimum: u64) -> anyhow::Result<Self> {
-        let bench = Bench::new(parts, "authority", seed)?;
+impl Trial {
+    fn new(seed: u64, minimum: u64) -> anyhow::Result<Self> {
+        let bench = Bench::new("faults/authority", seed)?;
         let mut board = bench.on(&[])?;
         let key_holder = KeyHolder::of(&mut board.line)?;
         let account = Account::read(&mut board.line)?;

@@ -14,11 +14,10 @@ use anyhow::{anyhow, ensure};
 use hexsense_core::wire::message::Kept;
 use serde_json::{Value, json};
 
-use super::bench::{Bench, Board, STARTED};
-use super::key_holder::{Account, Act, KeyHolder};
-use super::line::is_gone;
+use crate::bench::{Bench, Board, STARTED};
+use crate::key_holder::{Account, Act, KeyHolder};
+use crate::line::is_gone;
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// How far an operation has got when the power goes.
@@ -39,8 +38,8 @@ pub struct Extent {
 }
 
 /// Sweeps all changes; the outcomes of `power_cut` and of `audit`.
-pub fn sweep(parts: &Parts, seed: u64, extent: &Extent) -> anyhow::Result<[Outcome; 2]> {
-    let changes = Mutex::new(changes(parts, seed, extent.uploads)?);
+pub fn sweep(seed: u64, extent: &Extent) -> anyhow::Result<[Outcome; 2]> {
+    let changes = Mutex::new(changes(seed, extent.uploads)?);
     let mut found = Vec::new();
     let next = || changes.lock().unwrap_or_else(PoisonError::into_inner).pop();
     std::thread::scope(|scope| {
@@ -63,8 +62,8 @@ pub fn sweep(parts: &Parts, seed: u64, extent: &Extent) -> anyhow::Result<[Outco
 }
 
 /// A change, with the flash as it is before it and the accounts before and after it.
-struct Change<'a> {
-    bench: Bench<'a>,
+struct Change {
+    bench: Bench,
     key_holder: KeyHolder,
     act: Act,
     before: Account,
@@ -72,8 +71,8 @@ struct Change<'a> {
 }
 
 /// Carries out all kinds of changes, one after another.
-fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Change<'_>>> {
-    let mut series = Series::begin(parts, seed)?;
+fn changes(seed: u64, uploads: usize) -> anyhow::Result<Vec<Change>> {
+    let mut series = Series::begin(seed)?;
     let mut random = Random(seed as u32 | 1);
     let board = series.key_holder.board;
     let mut upload = || Act::Upload(Box::new(random.set(board)));
@@ -95,16 +94,16 @@ fn changes(parts: &Parts, seed: u64, uploads: usize) -> anyhow::Result<Vec<Chang
 }
 
 /// Changes of one board.
-struct Series<'a> {
-    bench: Bench<'a>,
+struct Series {
+    bench: Bench,
     key_holder: KeyHolder,
     account: Account,
-    changes: Vec<Change<'a>>,
+    changes: Vec<Change>,
 }
 
-impl<'a> Series<'a> {
-    fn begin(parts: &'a Parts, seed: u64) -> anyhow::Result<Self> {
-        let bench = Bench::new(parts, "power-cut", seed)?;
+impl Series {
+    fn begin(seed: u64) -> anyhow::Result<Self> {
+        let bench = Bench::new("faults/power-cut", seed)?;
         let mut board = bench.on(&[])?;
         let key_holder = KeyHolder::of(&mut board.line)?;
         let account = Account::read(&mut board.line)?;
@@ -118,7 +117,7 @@ impl<'a> Series<'a> {
     }
 
     fn go_on(&mut self, act: Act) -> anyhow::Result<()> {
-        let name = format!("power-cut-{:02}", self.changes.len());
+        let name = format!("faults/power-cut-{:02}", self.changes.len());
         let (bench, key_holder) = (self.bench.copy(&name)?, self.key_holder.clone());
         let before = self.account.clone();
         self.pass(&act)?;
@@ -143,13 +142,13 @@ impl<'a> Series<'a> {
 
 /// Cuts the power everywhere in one change.
 struct Sweep<'a> {
-    change: &'a Change<'a>,
+    change: &'a Change,
     outcome: Outcome,
     audit: Outcome,
 }
 
 impl<'a> Sweep<'a> {
-    fn of(change: &'a Change<'a>) -> anyhow::Result<Self> {
+    fn of(change: &'a Change) -> anyhow::Result<Self> {
         change.bench.keep("before")?;
         Ok(Self {
             change,

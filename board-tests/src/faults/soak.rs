@@ -9,12 +9,11 @@ use std::time::Duration;
 use hexsense_core::wire::{Request, Response, Status};
 use serde_json::{Value, json};
 
-use super::bench::Bench;
+use crate::bench::Bench;
 use super::gaps::Gaps;
-use super::key_holder::{Act, KeyHolder};
-use super::line::Line;
+use crate::key_holder::{Act, KeyHolder};
+use crate::line::Line;
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// When the first fault comes, s, and how far the next are apart at least and at most.
@@ -32,8 +31,8 @@ const MAX_HANG: Duration = Duration::from_millis(1_300);
 const UPLOAD_EVERY: u64 = 40;
 
 /// Runs for so many virtual seconds; the outcome is a part of the promise `recovery`.
-pub fn soak(parts: &Parts, seed: u64, virtual_s: u64) -> anyhow::Result<Outcome> {
-    let bench = Bench::new(parts, "soak", seed)?;
+pub fn soak(seed: u64, virtual_s: u64) -> anyhow::Result<Outcome> {
+    let bench = Bench::new("faults/soak", seed)?;
     let mut random = Random(seed as u32 | 1);
     let faults = timeline(&mut random, virtual_s as f64);
     let mut board = bench.on(&faults)?;
@@ -160,7 +159,7 @@ impl Soak {
     /// Asks how the board is; without an answer, which the line may have spoilt, the next look asks again. What comes
     /// with the answer may be newer than it, and is not looked at before the next.
     fn compare(&mut self, line: &mut Line) -> anyhow::Result<()> {
-        let Some(status) = ask(line)? else {
+        let Some(status) = line.status_within(SILENCE)? else {
             return Ok(());
         };
         if born(line, &status) > self.born + SILENCE {
@@ -184,7 +183,7 @@ impl Soak {
     fn find_out(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let until = line.now() + MAX_HANG;
         while line.now() < until {
-            let status = ask(line)?;
+            let status = line.status_within(SILENCE)?;
             match status {
                 Some(status) if born(line, &status) > self.born + SILENCE => {
                     return self.restarted(line);
@@ -206,7 +205,7 @@ impl Soak {
     fn restarted(&mut self, line: &mut Line) -> anyhow::Result<()> {
         line.run(Duration::from_millis(STARTED_MS))?;
         let set = line.ask(&Request::ActiveSet);
-        if let (Ok(Response::ActiveSet(Some(_))), Some(status)) = (set, ask(line)?) {
+        if let (Ok(Response::ActiveSet(Some(_))), Some(status)) = (set, line.status_within(SILENCE)?) {
             let soon = status.first_with_set_ms.is_some_and(|ms| ms <= STARTED_MS);
             self.outcome.check(soon, || {
                 format!(
@@ -225,15 +224,6 @@ impl Soak {
         self.announced += self.gaps.missing;
         self.begin(line)
     }
-}
-
-fn ask(line: &mut Line) -> anyhow::Result<Option<Status>> {
-    let sequence = line.send(&Request::Status)?;
-    line.run(SILENCE)?;
-    Ok(match line.answer_to(sequence) {
-        Some(Response::Status(status)) => Some(status),
-        _ => None,
-    })
 }
 
 /// When a board started that has this status now.

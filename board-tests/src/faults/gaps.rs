@@ -4,7 +4,7 @@
 //! header's count of dropped blocks. What is missing beyond that was lost in the converters, and the board's status must
 //! say so.
 
-use super::line::Line;
+use crate::line::Line;
 
 /// Most scans of a frame.
 const FRAME: u64 = hexsense_core::wire::telemetry::MAX_SCANS as u64;
@@ -29,8 +29,8 @@ pub struct Gaps {
 impl Gaps {
     /// Takes the blocks that have come.
     pub fn follow(&mut self, line: &mut Line) {
-        for (sequence, block) in line.blocks.drain(..) {
-            let header = block.header;
+        for arrived in line.blocks.drain(..) {
+            let (sequence, header) = (arrived.sequence, arrived.block.header);
             if let Some((scan, frame, dropped)) = self.due {
                 self.missing += header.first_scan.saturating_sub(scan);
                 self.repeated += scan.saturating_sub(header.first_scan);

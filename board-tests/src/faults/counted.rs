@@ -8,11 +8,10 @@ use hexsense_core::wire::status::{Events, Status};
 use hexsense_core::wire::{Request, StreamContent};
 use serde_json::{Value, json};
 
-use super::bench::{Bench, Board};
+use crate::bench::{Bench, Board};
 use super::gaps::Gaps;
-use super::key_holder::{Act, KeyHolder};
+use crate::key_holder::calibrate;
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// When the first fault comes, and how far the next are apart.
@@ -132,17 +131,12 @@ fn kinds() -> Vec<Kind> {
 }
 
 /// Injects every kind so many times.
-pub fn inject(parts: &Parts, seed: u64, times: u32) -> anyhow::Result<Outcome> {
+pub fn inject(seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let kinds = kinds();
     let mut outcome = Outcome::new("counted", 100.min(u64::from(times) * kinds.len() as u64));
-    let bench = Bench::new(parts, "counted", seed)?;
-    let mut board = bench.on(&[])?;
-    let mut key_holder = KeyHolder::of(&mut board.line)?;
+    let bench = Bench::new("faults/counted", seed)?;
     let mut random = Random(seed as u32 | 1);
-    key_holder.provision(&mut board.line)?;
-    let set = random.set(key_holder.board);
-    key_holder.carry_out(&mut board.line, &Act::Upload(Box::new(set)))?;
-    drop(board);
+    calibrate(&mut bench.on(&[])?.line, &mut random)?;
     bench.keep("calibrated")?;
     for kind in &kinds {
         bench.restore("calibrated")?;

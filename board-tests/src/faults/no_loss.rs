@@ -1,11 +1,10 @@
 //! No sample is lost while coefficients are written: at 4 kHz all channels stream on through uploads, rollbacks and
 //! factory resets, and the sample counter has no gap.
 
-use super::bench::Bench;
+use crate::bench::Bench;
 use super::gaps::Gaps;
-use super::key_holder::{Account, Act, KeyHolder};
+use crate::key_holder::{Account, Act, KeyHolder};
 use super::outcome::Outcome;
-use crate::build::Parts;
 use crate::trial_set::Random;
 
 /// One change in so many is a rollback, and one a factory reset.
@@ -13,9 +12,9 @@ const ROLLBACK_EVERY: u64 = 3;
 const RESET_EVERY: u64 = 25;
 
 /// Makes so many changes while everything streams.
-pub fn stream_through(parts: &Parts, seed: u64, changes: u64) -> anyhow::Result<Outcome> {
+pub fn stream_through(seed: u64, changes: u64) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::new("no_loss", 100.min(changes));
-    let bench = Bench::new(parts, "no-loss", seed)?;
+    let bench = Bench::new("faults/no-loss", seed)?;
     let mut board = bench.on(&[])?;
     let line = &mut board.line;
     let mut key_holder = KeyHolder::of(line)?;

@@ -4,7 +4,7 @@ use anyhow::bail;
 use hexsense_core::wire::{Refusal, Request, Response};
 use serde_json::{Map, Value, json};
 
-use super::line::Line;
+use crate::line::Line;
 
 /// Violations that are told in words; the others are only counted.
 const TOLD: usize = 5;

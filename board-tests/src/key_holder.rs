@@ -9,7 +9,8 @@ use hexsense_core::wire::message::{CHUNK, Chunk, Kept};
 use hexsense_core::wire::{Request, Response};
 use sha2::{Digest, Sha256};
 
-use super::line::Line;
+use crate::line::Line;
+use crate::trial_set::Random;
 
 /// Time of the first change, s since 1970; each later one is a minute after the one before.
 const DATE: u64 = 1_790_000_000;
@@ -216,6 +217,24 @@ impl KeyHolder {
             other => bail!("the commit was answered by {other:?}"),
         }
     }
+}
+
+/// Uploads coefficients drawn from `random`, to a board that gets its key first when it has none; returns them with the key
+/// holder.
+///
+/// # Errors
+/// When the board refuses.
+pub fn calibrate(
+    line: &mut Line,
+    random: &mut Random,
+) -> anyhow::Result<(KeyHolder, CoefficientSet)> {
+    let mut key_holder = KeyHolder::of(line)?;
+    if !line.status()?.provisioned {
+        key_holder.provision(line)?;
+    }
+    let set = random.set(key_holder.board);
+    key_holder.carry_out(line, &Act::Upload(Box::new(set.clone())))?;
+    Ok((key_holder, set))
 }
 
 /// The change that begins the upload of these bytes.
