@@ -16,9 +16,9 @@ use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use hexsense_core::wire::{Refusal, Request, Response};
 
-use super::LinkError;
 use super::client::Client;
 use super::conversation::{ATTEMPTS, answer_error};
+use super::error::LinkError;
 
 /// How long a change may take on the board: with all erasures of a factory reset a quarter of a second.
 pub(super) const CHANGE: Duration = Duration::from_millis(2_000);

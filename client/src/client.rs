@@ -1,4 +1,4 @@
-//! What the board can be asked, with an answer of the right type for each question.
+//! One function for each request, with an answer of the right type.
 
 use std::time::Duration;
 
@@ -14,7 +14,9 @@ use hexsense_core::wire::{
 };
 
 use super::conversation::{Contact, Conversation, answer_error};
-use super::{LinkError, Transport, transport};
+use super::error::LinkError;
+use super::port;
+use super::transport::Transport;
 
 /// A board that has greeted and speaks our version.
 pub struct Client {
@@ -50,12 +52,13 @@ pub struct HarmonicsReport {
 const MAX_SOLVE: Duration = Duration::from_secs(60);
 
 impl Client {
-    /// Opens `port` and makes sure that a board of our version is behind it; it does not stream afterwards.
+    /// Opens `port` and makes sure that a board of our version is behind it. Nothing changes on the board: a stream that
+    /// is on goes on.
     ///
     /// # Errors
     /// [`LinkError`], among them another wire version.
     pub fn open(port: &str) -> Result<Self, LinkError> {
-        Self::connect(transport::open(port)?)
+        Self::connect(port::open(port)?)
     }
 
     /// The same on an open transport.
@@ -65,13 +68,10 @@ impl Client {
     pub fn connect(transport: Box<dyn Transport>) -> Result<Self, LinkError> {
         let mut conversation = Conversation::new(transport);
         let firmware = conversation.greet()?.firmware;
-        let mut client = Self {
+        Ok(Self {
             conversation,
             firmware,
-        };
-        client.stream(StreamContent::default())?;
-        client.forget_blocks();
-        Ok(client)
+        })
     }
 
     /// Version of the board's firmware: major, minor, patch.
@@ -86,7 +86,7 @@ impl Client {
         self.conversation.port()
     }
 
-    /// Whether the board's clock goes on while nobody waits for it.
+    /// Whether the board's clock goes on while no host waits for it.
     #[must_use]
     pub fn is_real_time(&self) -> bool {
         self.conversation.is_real_time()

@@ -1,20 +1,19 @@
-//! How answers find their questions, beside the blocks of samples that come by themselves.
+//! Requests and their answers, beside the blocks of samples that come by themselves.
 //!
-//! Every request carries a number that its answer repeats, so an answer that comes too late is not taken for another
-//! one's. A request is asked again when its answer is lost: all but changes (see [`super::change`]) and the commit of an
-//! upload (see [`super::upload`]) may safely be carried out twice.
+//! Every request carries a number that its answer repeats, so a late answer is not taken for that of another request. A
+//! request is sent again when its answer is lost. Changes (see [`super::change`]) and the commit of an upload (see
+//! [`super::upload`]) must not be carried out twice and are sent once.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::message::{decode_response, encode_request};
-use hexsense_core::wire::telemetry::{self, Block};
-use hexsense_core::wire::{Kind, MAX_FRAME, PoseReport, Refusal, Request, Response, VERSION, pose};
+use hexsense_core::wire::telemetry::Block;
+use hexsense_core::wire::{PoseReport, Refusal, Request, Response, VERSION};
 
-use super::missing::Missing;
-use super::{LinkError, ProtocolError, Transport};
+use super::error::{LinkError, ProtocolError};
+use super::line::{Content, FrameLine};
+use super::transport::Transport;
 
 /// How often a request is asked.
 pub const ATTEMPTS: u32 = 3;
@@ -27,24 +26,20 @@ const MAX_BLOCKS: usize = 4_096;
 /// Poses that wait at most, older ones being dropped: more than four minutes of them.
 const MAX_POSES: usize = 16_384;
 
-/// A transport with everything that has come through it and was not taken yet.
+/// A line with everything that has come through it and was not taken yet.
 pub struct Conversation {
-    transport: Box<dyn Transport>,
-    deframer: Box<Deframer<MAX_FRAME>>,
-    received: Vec<u8>,
-    sequence: u16,
+    line: FrameLine,
     greeting: Option<Greeting>,
     answers: VecDeque<(u16, Option<Response>)>,
     blocks: VecDeque<Block>,
     poses: VecDeque<PoseReport>,
     contact: Contact,
-    missing: Missing,
 }
 
 /// When and where the board was heard last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contact {
-    /// When bytes came last, by the host's clock.
+    /// When a frame came last, by the host's clock.
     pub at: Instant,
     /// Counter of the scan that was due next.
     pub next_scan: u64,
@@ -54,10 +49,7 @@ impl Conversation {
     /// A conversation in which nothing has been said yet.
     pub fn new(transport: Box<dyn Transport>) -> Self {
         Self {
-            transport,
-            deframer: Box::default(),
-            received: Vec::new(),
-            sequence: 0,
+            line: FrameLine::new(transport),
             greeting: None,
             answers: VecDeque::new(),
             blocks: VecDeque::new(),
@@ -66,23 +58,22 @@ impl Conversation {
                 at: Instant::now(),
                 next_scan: 0,
             },
-            missing: Missing::default(),
         }
     }
 
     /// Telemetry frames that did not arrive.
     pub fn frames_missing(&self) -> u64 {
-        self.missing.frames()
+        self.line.missing()
     }
 
     /// The port as it was asked for.
     pub fn port(&self) -> &str {
-        self.transport.port()
+        self.line.port()
     }
 
     /// Whether the board's clock goes on while nobody waits for it.
     pub fn is_real_time(&self) -> bool {
-        self.transport.is_real_time()
+        self.line.is_real_time()
     }
 
     /// When and where the board was heard last.
@@ -92,16 +83,11 @@ impl Conversation {
 
     /// Makes sure that a board of our version is at the other end, and returns what it says of itself.
     pub fn greet(&mut self) -> Result<Greeting, LinkError> {
-        let start = self.transport.now();
+        let start = self.line.now();
         for _ in 0..ATTEMPTS {
-            let mut bytes = [0; MAX_FRAME];
-            let sequence = self.next_sequence();
-            let length = frame::encode(Kind::Hello, sequence, &mut bytes, |_| Some(0)).unwrap_or(0);
-            // The zero closes whatever half a frame the board may still hold.
-            self.transport.write(&[0])?;
-            self.transport.write(&bytes[..length])?;
-            let deadline = self.transport.now() + ANSWER;
-            while self.transport.now() < deadline {
+            self.line.send_hello()?;
+            let deadline = self.line.now() + ANSWER;
+            while self.line.now() < deadline {
                 self.receive(deadline)?;
                 match self.greeting {
                     Some(greeting) if greeting.wire == VERSION => return Ok(greeting),
@@ -116,7 +102,7 @@ impl Conversation {
             }
         }
         Err(ProtocolError::NoGreeting {
-            port: self.transport.port().to_owned(),
+            port: self.line.port().to_owned(),
             waited_ms: self.waited_ms(start),
         }
         .into())
@@ -125,7 +111,7 @@ impl Conversation {
     /// Time by the clock of the transport.
     #[must_use]
     pub fn now(&self) -> Duration {
-        self.transport.now()
+        self.line.now()
     }
 
     /// The next block of samples, waiting at most for `timeout`.
@@ -149,14 +135,14 @@ impl Conversation {
         timeout: Duration,
         take: impl Fn(&mut Self) -> Option<T>,
     ) -> Result<T, LinkError> {
-        let start = self.transport.now();
+        let start = self.line.now();
         let deadline = start + timeout;
         loop {
             if let Some(taken) = take(self) {
                 return Ok(taken);
             }
-            if self.transport.now() >= deadline {
-                let port = self.transport.port().to_owned();
+            if self.line.now() >= deadline {
+                let port = self.line.port().to_owned();
                 return Err(ProtocolError::NoSamples {
                     port,
                     waited_ms: self.waited_ms(start),
@@ -188,7 +174,7 @@ impl Conversation {
 
     /// Asks up to [`ATTEMPTS`] times.
     pub fn ask(&mut self, request: &Request) -> Result<Response, LinkError> {
-        let start = self.transport.now();
+        let start = self.line.now();
         for _ in 0..ATTEMPTS {
             if let Some(response) = self.ask_once(request, ANSWER)? {
                 return Ok(response);
@@ -203,7 +189,7 @@ impl Conversation {
         request: &Request,
         timeout: Duration,
     ) -> Result<Response, LinkError> {
-        let start = self.transport.now();
+        let start = self.line.now();
         let answer = self.ask_once(request, timeout)?;
         answer.ok_or_else(|| self.silent(request, 1, start).into())
     }
@@ -214,16 +200,16 @@ impl Conversation {
         request: &Request,
         timeout: Duration,
     ) -> Result<Option<Response>, LinkError> {
-        let deadline = self.transport.now() + timeout;
-        let mut sequence = self.send(request)?;
-        while self.transport.now() < deadline {
+        let deadline = self.line.now() + timeout;
+        let mut sequence = self.line.send(request)?;
+        while self.line.now() < deadline {
             match self.answer_to(sequence, request)? {
                 Some(Response::Refused(Refusal::Busy)) => {
-                    let resume = self.transport.now() + BUSY_PAUSE;
-                    while self.transport.now() < resume {
+                    let resume = self.line.now() + BUSY_PAUSE;
+                    while self.line.now() < resume {
                         self.receive(resume)?;
                     }
-                    sequence = self.send(request)?;
+                    sequence = self.line.send(request)?;
                 }
                 Some(Response::Refused(refusal)) => return Err(refusal.into()),
                 Some(response) => return Ok(Some(response)),
@@ -235,20 +221,11 @@ impl Conversation {
 
     pub fn silent(&self, request: &Request, attempts: u32, start: Duration) -> ProtocolError {
         ProtocolError::Silent {
-            port: self.transport.port().to_owned(),
+            port: self.line.port().to_owned(),
             request: name(request),
             attempts,
             waited_ms: self.waited_ms(start),
         }
-    }
-
-    fn send(&mut self, request: &Request) -> Result<u16, LinkError> {
-        let sequence = self.next_sequence();
-        let mut bytes = [0; MAX_FRAME];
-        // Every request is far shorter than the longest frame.
-        let length = encode_request(request, sequence, &mut bytes).unwrap_or(0);
-        self.transport.write(&bytes[..length])?;
-        Ok(sequence)
     }
 
     /// The answer with this number, if it has come; others are forgotten.
@@ -265,42 +242,22 @@ impl Conversation {
         Ok(None)
     }
 
-    /// Waits for bytes until `deadline` at most and sorts the frames in them.
+    /// Waits for bytes until `deadline` at most and sorts the frames that end in them.
     fn receive(&mut self, deadline: Duration) -> Result<(), LinkError> {
-        let timeout = deadline.saturating_sub(self.transport.now());
-        self.received.clear();
-        self.transport.read(&mut self.received, timeout)?;
-        if !self.received.is_empty() {
+        let timeout = deadline.saturating_sub(self.line.now());
+        for arrived in self.line.receive(timeout)? {
             self.contact.at = Instant::now();
-        }
-        for byte in &self.received {
-            let frame = match self.deframer.push(*byte) {
-                None => continue,
-                Some(Closed::Overlong) => None,
-                Some(Closed::Frame(bytes)) => frame::decode(bytes).ok(),
-            };
-            match frame.map(|frame| (frame.kind, frame)) {
-                Some((Kind::Greeting, frame)) => {
-                    self.greeting = Greeting::decode(frame.payload).or(self.greeting);
+            match arrived.content {
+                Content::Greeting(greeting) => self.greeting = Some(greeting),
+                Content::Response(response) => {
+                    self.answers.push_back((arrived.sequence, response));
                 }
-                Some((Kind::Response, frame)) => {
-                    self.answers
-                        .push_back((frame.sequence, decode_response(frame.payload)));
+                Content::Block(block) => {
+                    self.contact.next_scan =
+                        block.header.first_scan + u64::from(block.header.scans);
+                    self.blocks.push_back(block);
                 }
-                Some((Kind::Block, frame)) => {
-                    self.missing.take(frame.sequence);
-                    let block = telemetry::decode(frame.payload);
-                    if let Some(Block { header, .. }) = &block {
-                        self.contact.next_scan = header.first_scan + u64::from(header.scans);
-                    }
-                    self.blocks.extend(block);
-                }
-                Some((Kind::Pose, frame)) => {
-                    self.missing.take(frame.sequence);
-                    self.poses.extend(pose::decode(frame.payload));
-                }
-                // What is damaged is asked for again, or is a gap in the scan counters.
-                Some((Kind::Hello | Kind::Request, _)) | None => {}
+                Content::Pose(pose) => self.poses.push_back(pose),
             }
         }
         let excess = self.blocks.len().saturating_sub(MAX_BLOCKS);
@@ -310,13 +267,8 @@ impl Conversation {
         Ok(())
     }
 
-    fn next_sequence(&mut self) -> u16 {
-        self.sequence = self.sequence.wrapping_add(1);
-        self.sequence
-    }
-
     fn waited_ms(&self, start: Duration) -> u64 {
-        (self.transport.now() - start).as_millis() as u64
+        (self.line.now() - start).as_millis() as u64
     }
 }
 

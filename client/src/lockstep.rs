@@ -1,6 +1,6 @@
 //! A virtual board in lockstep: its time goes on only while the host waits for it.
 //!
-//! The exchange is that of docs/virtual-bench.md:
+//! What passes through the socket is told in docs/virtual-bench.md:
 //!
 //! ```text
 //! host  → board:  run_us u32 | length u32 | bytes for the board's receiver
@@ -8,34 +8,35 @@
 //! ```
 
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
 use std::time::Duration;
 
-use super::transport::{STALL, Transport, TransportError, failure, is_wait};
+use super::tcp::Socket;
+use super::transport::{STALL, Transport, TransportError, is_wait};
 
 /// Longest slice of virtual time that is asked for at once.
 const SLICE: Duration = Duration::from_millis(100);
 /// Most bytes that are accepted in one answer.
 const MAX_ANSWER: u32 = 1 << 20;
 
-/// A virtual board whose time goes on only inside [`Transport::read`]; see docs/virtual-bench.md.
+/// A virtual board whose time goes on only inside [`Transport::read`].
 pub struct Lockstep {
-    stream: TcpStream,
+    socket: Socket,
     port: String,
     outgoing: Vec<u8>,
     now: Duration,
+    heard: bool,
 }
 
 impl Lockstep {
-    /// A virtual board at the other end of `stream`, which was opened as `port`.
-    #[must_use]
-    pub fn new(stream: TcpStream, port: &str) -> Self {
-        Self {
-            stream,
+    /// Connects to the virtual board that listens at `address`, the part of `port` behind its scheme.
+    pub fn open(port: &str, address: &str) -> Result<Self, TransportError> {
+        Ok(Self {
+            socket: Socket::connect(port, address)?,
             port: port.to_owned(),
             outgoing: Vec::new(),
             now: Duration::ZERO,
-        }
+            heard: false,
+        })
     }
 
     /// Lets the board run for `slice` and returns how many bytes it sent.
@@ -46,20 +47,21 @@ impl Lockstep {
         request.extend_from_slice(&(slice.as_micros() as u32).max(1).to_le_bytes());
         request.extend_from_slice(&(self.outgoing.len() as u32).to_le_bytes());
         request.append(&mut self.outgoing);
-        self.stream.write_all(&request)?;
-        self.stream.set_read_timeout(Some(STALL))?;
+        self.socket.write_all(&request)?;
+        self.socket.stream.set_read_timeout(Some(STALL))?;
         let (mut now_us, mut length) = ([0; 8], [0; 4]);
-        self.stream.read_exact(&mut now_us)?;
-        self.stream.read_exact(&mut length)?;
+        self.socket.read_exact(&mut now_us)?;
+        self.heard = true;
+        self.socket.read_exact(&mut length)?;
         let length = u32::from_le_bytes(length);
         if length > MAX_ANSWER {
-            let problem = format!("an answer of {length} bytes is none");
+            let problem = format!("an answer of {length} bytes, at most {MAX_ANSWER} are allowed");
             return Err(io::Error::new(ErrorKind::InvalidData, problem));
         }
         self.now = Duration::from_micros(u64::from_le_bytes(now_us));
         let start = into.len();
         into.resize(start + length as usize, 0);
-        self.stream.read_exact(&mut into[start..])?;
+        self.socket.read_exact(&mut into[start..])?;
         Ok(length as usize)
     }
 }
@@ -82,7 +84,7 @@ impl Transport for Lockstep {
                         port: self.port.clone(),
                     });
                 }
-                Err(error) => return Err(failure(&self.port, error)),
+                Err(error) => return Err(self.socket.failure(&self.port, error, self.heard)),
             }
         }
         Ok(())

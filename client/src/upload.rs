@@ -13,10 +13,10 @@ use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Request, Response};
 use sha2::{Digest, Sha256};
 
-use super::LinkError;
 use super::change::CHANGE;
 use super::client::Client;
 use super::conversation::answer_error;
+use super::error::LinkError;
 
 /// Why an upload was not completed, and what the board has now.
 #[derive(Debug, thiserror::Error)]
