@@ -59,11 +59,11 @@ impl Power<'_> {
         for name in self.count {
             board.args(["--count", name]);
         }
-        let log = fs::OpenOptions::new()
+        let file = fs::OpenOptions::new()
             .create(true)
             .append(true)
             .open(log_of(folder));
-        board.stderr(log.context("cannot write the board's log")?);
+        board.stderr(file.context("cannot write the board's log")?);
         Beside::start(&mut board).with_context(|| log(folder))
     }
 }

@@ -4,14 +4,19 @@
 //! regressors of every channel; what the others do for their figure is said beside it. Errors are relative to a fit in
 //! double precision of the same counts: a sine of 0.5 Hz on gravity at 1 kHz, three periods.
 
-use anyhow::Context;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
 use hexsense_core::harmonics::Series;
 use serde::Serialize;
 
-use crate::build::{self, Parts, cargo};
-use crate::counting::{CountingBoard, Counts};
-use crate::process::checked;
-use crate::setup::{self, BOARD_TARGET};
+use crate::counts::Counts;
+use crate::figures::Figures;
+use crate::folders;
+use crate::line::Line;
+use crate::power::{self, Power};
+use crate::programs::Program;
 
 /// Calibrated values and sums of nine channels; those sums alone; and calibrated values with the sums of fifteen.
 const PARTS: [&str; 3] = ["path", "sums", "path_with_jacks"];
@@ -25,13 +30,8 @@ const PEERS: [&str; 4] = [
 /// Scans that go into one transform.
 const SCANS_OF_A_TRANSFORM: u64 = 4_096;
 
-/// `cargo xtask bench sample-path`
-#[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Print one JSON document on standard output, and nothing else there
-    #[arg(long)]
-    json: bool,
-}
+/// Longest virtual time that the program may take.
+const LIMIT_S: u32 = 120;
 
 /// Figures for one size of block, whole instructions for each block.
 #[derive(Debug, Serialize)]
@@ -58,8 +58,9 @@ struct Peer {
     amplitude_error: f64,
 }
 
+/// Figures of the sample path and of the others.
 #[derive(Debug, Serialize)]
-struct Figures {
+pub struct SamplePath {
     blocks_of_each_size: u64,
     blocks: Vec<Block>,
     analyser_bytes: u64,
@@ -67,48 +68,63 @@ struct Figures {
     peers: Vec<Peer>,
 }
 
-/// Builds the program, runs it on the virtual board and prints its figures; fails when a part takes a time that
-/// depends on data.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let figures = measure()?;
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&figures)?);
-    } else {
-        print_table(&figures);
-    }
-    Ok(())
-}
-
-/// Symbols of the sample path in the program, in blocks of every size.
-pub fn path_symbols() -> Vec<String> {
+/// Symbols of the sample path in the program, for blocks of every size.
+#[must_use]
+pub fn symbols() -> Vec<String> {
     let sized = |scans: &u64| PARTS.map(|part| format!("{part}_{scans}"));
     BLOCKS.iter().flat_map(sized).collect()
 }
 
-/// Builds the program.
-pub fn build() -> anyhow::Result<()> {
-    setup::board_target()?;
-    let bench = ["--package", "sample-path-bench", "--profile", "firmware"];
-    checked(cargo("build").args(bench).args(["--target", BOARD_TARGET]))
+/// Runs the program.
+///
+/// # Errors
+/// When a part takes a time that depends on data.
+pub fn measure() -> anyhow::Result<SamplePath> {
+    let symbols = symbols();
+    let count: Vec<&str> = symbols.iter().map(String::as_str).chain(PEERS).collect();
+    let (counts, log) = run(&count, "finished")?;
+    figures(&counts, &log)
 }
 
-fn measure() -> anyhow::Result<Figures> {
-    setup::emulator_packages()?;
-    build()?;
-    checked(cargo("build").args(["--package", "virtual-board"]))?;
-    let parts = Parts::find()?;
-    let elf = parts.sample_path_bench();
-    let count: Vec<_> = path_symbols()
-        .into_iter()
-        .chain(PEERS.map(str::to_owned))
-        .collect();
-    let folder = build::workspace().join("target").join("sample-path-bench");
-    let mut board = CountingBoard::start(&parts.virtual_board, &elf, &folder, None, &count)?;
-    let log = board.run_until("finished", 120)?;
-    figures(&board.counts()?, &log)
+/// Runs the program until a line of its log begins with `last`; the calls of `count`, and the log.
+///
+/// # Errors
+/// When the program panics or takes too long.
+pub fn run(count: &[&str], last: &str) -> anyhow::Result<(Counts, Vec<String>)> {
+    let folder = folders::emptied("sample-path")?;
+    let power = Power {
+        count,
+        ..Power::default()
+    };
+    let mut board = power.on(Program::SamplePathBench, &folder)?;
+    let mut line = Line::open(board.address("link")?)?;
+    for _ in 0..LIMIT_S {
+        line.run(Duration::from_secs(1))?;
+        let log = logged(&folder);
+        if let Some(panic) = log.iter().find(|said| said.starts_with("panic")) {
+            bail!("{panic}");
+        }
+        if log.iter().any(|said| said.starts_with(last)) {
+            drop(line);
+            return Ok((Counts::read(&mut board)?, log));
+        }
+    }
+    bail!("the program was not done after {LIMIT_S} s of virtual time")
 }
 
-fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<Figures> {
+/// The lines of the log without their times, which stand before them in brackets, and places, which stand behind them in
+/// parentheses.
+fn logged(folder: &Path) -> Vec<String> {
+    let log = power::log(folder);
+    let said = log.lines().filter_map(|line| {
+        let (_, said) = line.split_once(']')?;
+        let said = said.rsplit_once("  (").map_or(said, |(said, _)| said);
+        Some(said.trim().to_owned())
+    });
+    said.collect()
+}
+
+fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<SamplePath> {
     let blocks = BLOCKS
         .iter()
         .map(|scans| block(counts, *scans))
@@ -153,7 +169,7 @@ fn figures(counts: &Counts, log: &[String]) -> anyhow::Result<Figures> {
             mean(PEERS[1])?,
         )?,
     ];
-    Ok(Figures {
+    Ok(SamplePath {
         blocks_of_each_size: counts.of("path_16").map(|count| count.calls).sum(),
         amplitude_error: error("hexsense")?,
         analyser_bytes: said(log, "analyser bytes ")?,
@@ -194,35 +210,42 @@ fn truth() -> anyhow::Result<f64> {
     Ok(fit.first().amplitude())
 }
 
-fn print_table(figures: &Figures) {
-    println!(
-        "instructions on the Cortex-M4, {} blocks of each size, fewest = most",
-        figures.blocks_of_each_size
-    );
-    println!(
-        "{:>5} | {:>9} {:>9} | {:>9} {:>9} | {:>9} {:>9}",
-        "scans", "path", "a scan", "sums", "a scan", "15 ch.", "a scan"
-    );
-    for block in &figures.blocks {
+impl Figures for SamplePath {
+    fn print_table(&self) {
         println!(
-            "{:>5} | {:>9} {:>9.1} | {:>9} {:>9.1} | {:>9} {:>9.1}",
-            block.scans,
-            block.path,
-            block.path_per_scan,
-            block.sums,
-            block.sums_per_scan,
-            block.path_with_jacks,
-            block.path_with_jacks_per_scan
+            "instructions on the Cortex-M4, {} blocks of each size, fewest = most",
+            self.blocks_of_each_size
         );
+        println!(
+            "{:>5} | {:>9} {:>9} | {:>9} {:>9} | {:>9} {:>9}",
+            "scans", "path", "a scan", "sums", "a scan", "15 ch.", "a scan"
+        );
+        for block in &self.blocks {
+            println!(
+                "{:>5} | {:>9} {:>9.1} | {:>9} {:>9.1} | {:>9} {:>9.1}",
+                block.scans,
+                block.path,
+                block.path_per_scan,
+                block.sums,
+                block.sums_per_scan,
+                block.path_with_jacks,
+                block.path_with_jacks_per_scan
+            );
+        }
+        println!(
+            "path: nine channels calibrated, twelve regressors each; an analyser takes {} bytes; amplitude error {:.1e}\n",
+            self.analyser_bytes, self.amplitude_error
+        );
+        for peer in &self.peers {
+            println!(
+                "{:<20} {:>7.0} a scan, {:>5.1} times ours, amplitude error {:>8.1e} ({})",
+                peer.name, peer.per_scan, peer.ratio, peer.amplitude_error, peer.does
+            );
+        }
     }
-    println!(
-        "path: nine channels calibrated, twelve regressors each; an analyser takes {} bytes; amplitude error {:.1e}\n",
-        figures.analyser_bytes, figures.amplitude_error
-    );
-    for peer in &figures.peers {
-        println!(
-            "{:<20} {:>7.0} a scan, {:>5.1} times ours, amplitude error {:>8.1e} ({})",
-            peer.name, peer.per_scan, peer.ratio, peer.amplitude_error, peer.does
-        );
+
+    /// Nothing more: where times depend on data there are no figures.
+    fn check(&self) -> anyhow::Result<()> {
+        Ok(())
     }
 }

@@ -8,7 +8,7 @@ pub struct Random(pub u32);
 
 impl Random {
     /// The next 32 bits.
-    pub fn next(&mut self) -> u32 {
+    pub fn bits(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -17,7 +17,7 @@ impl Random {
 
     /// −1 to 1.
     pub fn share(&mut self) -> f32 {
-        self.next() as i32 as f32 / 2_147_483_648.0
+        self.bits() as i32 as f32 / 2_147_483_648.0
     }
 
     /// Coefficients of any sign, for a base of round numbers.

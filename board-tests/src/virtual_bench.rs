@@ -7,8 +7,9 @@ use anyhow::Context;
 use hexsense_probe::key_file;
 use serde_json::Value;
 
-use crate::build::Parts;
+use crate::power::Power;
 use crate::process::{Beside, checked, output};
+use crate::programs::Program;
 
 /// Name of the run that the twin keeps the truth of.
 const HELD_OUT: &str = "held-out";
@@ -16,9 +17,7 @@ const HELD_OUT: &str = "held-out";
 pub const DATE: u64 = 1_790_000_000;
 
 /// A bench for one seed, base and folder.
-pub struct Bench<'a> {
-    /// The programs.
-    pub parts: &'a Parts,
+pub struct VirtualBench<'a> {
     /// Seed of everything drawn.
     pub seed: u64,
     /// Geometry preset or file.
@@ -27,7 +26,7 @@ pub struct Bench<'a> {
     pub folder: &'a Path,
 }
 
-impl Bench<'_> {
+impl VirtualBench<'_> {
     /// The coefficients of the campaign.
     pub fn coefficients(&self) -> PathBuf {
         self.campaign().join("coefficients.toml")
@@ -43,13 +42,13 @@ impl Bench<'_> {
         self.folder.join("truth.csv")
     }
 
-    /// The laboratory's sensor file; [`Bench::papers`] writes it.
+    /// The laboratory's sensor file; [`VirtualBench::papers`] writes it.
     fn sensors(&self) -> PathBuf {
         self.folder.join("sensors.toml")
     }
 
-    fn twin_command(&self, command: &str) -> Command {
-        let mut twin = Command::new(&self.parts.twin);
+    fn twin_command(&self, command: &str) -> anyhow::Result<Command> {
+        let mut twin = Command::new(Program::Twin.path()?);
         twin.args([
             command,
             "--seed",
@@ -57,12 +56,12 @@ impl Bench<'_> {
             "--geometry",
             self.geometry,
         ]);
-        twin
+        Ok(twin)
     }
 
     /// Starts the twin; it says its addresses `pins` and `control`.
     pub fn twin(&self) -> anyhow::Result<Beside> {
-        let mut twin = self.twin_command("serve");
+        let mut twin = self.twin_command("serve")?;
         twin.args([
             "--pins",
             "127.0.0.1:0",
@@ -76,36 +75,33 @@ impl Bench<'_> {
 
     /// Writes the sensor file.
     pub fn papers(&self) -> anyhow::Result<()> {
-        checked(self.twin_command("papers").arg("--out").arg(self.sensors()))
+        checked(
+            self.twin_command("papers")?
+                .arg("--out")
+                .arg(self.sensors()),
+        )
     }
 
     /// The twin's truth about the sensors, as it prints it.
     pub fn truth(&self) -> anyhow::Result<Value> {
-        let text = output(self.twin_command("truth").arg("--json"))?;
+        let text = output(self.twin_command("truth")?.arg("--json"))?;
         serde_json::from_str(&text).context("the twin's truth is not JSON")
     }
 
     /// Switches the board on; it says its address `link`. Dropping it pulls the plug.
     pub fn board(&self, twin: &Beside) -> anyhow::Result<Beside> {
-        self.board_on(twin, "lockstep:127.0.0.1:0")
+        self.board_on(twin, None)
     }
 
     /// The same on a link of this address.
-    pub fn board_on(&self, twin: &Beside, link: &str) -> anyhow::Result<Beside> {
-        let mut board = Command::new(&self.parts.virtual_board);
-        board
-            .arg("--elf")
-            .arg(&self.parts.firmware)
-            .arg("--flash")
-            .arg(self.folder.join("flash.bin"));
+    pub fn board_on(&self, twin: &Beside, link: Option<&str>) -> anyhow::Result<Beside> {
         let pins = format!("tcp:{}", twin.address("pins")?);
-        board.args(["--link", link, "--pins", &pins]);
-        let log = self.folder.join("board.log");
-        let log = std::fs::OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&log);
-        Beside::start(board.stderr(log.context("cannot write the board's log")?))
+        let power = Power {
+            link,
+            pins: Some(&pins),
+            ..Power::default()
+        };
+        power.on(Program::Firmware, self.folder)
     }
 
     /// `hexsense calibrate` or `hexsense verify`, `later_s` after the start of the campaign.
@@ -171,7 +167,7 @@ impl Bench<'_> {
 
     /// `hexsense COMMAND` on the board's port.
     pub fn hexsense(&self, command: &str, board: &Beside) -> anyhow::Result<Command> {
-        let mut hexsense = Command::new(&self.parts.hexsense);
+        let mut hexsense = Command::new(Program::HostTool.path()?);
         hexsense.args([command, "--port", board.address("link")?]);
         Ok(hexsense)
     }

@@ -18,7 +18,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 
-use crate::build;
+use crate::folders;
 
 /// `cargo xtask demo`
 #[derive(Debug, clap::Args)]
@@ -38,11 +38,13 @@ pub struct Arguments {
 }
 
 /// Runs the demo and prints its result.
+///
+/// # Errors
+/// When a step fails or the result does not hold.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let parts = build::everything()?;
     let start = Instant::now();
     let folder = folder(arguments)?;
-    let told = story::tell(&parts, arguments, &folder)?;
+    let told = story::tell(arguments, &folder)?;
     let judged = judgement::judge(&told)?;
     let document = document::Document::new(arguments, &told, judged, start.elapsed())?;
     document.save(&folder)?;
@@ -71,12 +73,12 @@ fn folder(arguments: &Arguments) -> anyhow::Result<PathBuf> {
         .unwrap_or_default()
         .trim_end_matches(".toml");
     let default = || {
-        build::workspace()
+        folders::workspace()
             .join("demo")
             .join(format!("{name}-{}", arguments.seed))
     };
     let folder = arguments.out.clone().unwrap_or_else(default);
-    build::empty_folder(&folder)?;
+    folders::empty(&folder)?;
     folder
         .canonicalize()
         .with_context(|| format!("cannot make room in {}", folder.display()))

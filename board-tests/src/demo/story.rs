@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::Arguments;
-use crate::bench::Bench;
-use crate::build::Parts;
 use crate::process::checked;
+use crate::virtual_bench::VirtualBench;
 
 /// From the start of the campaign to the start of the verification, s: longer than a campaign takes.
 pub const VERIFY_AFTER_S: u64 = 600;
@@ -27,9 +26,8 @@ pub struct Told {
 }
 
 /// Drives everything; progress goes to standard error.
-pub fn tell(parts: &Parts, arguments: &Arguments, folder: &Path) -> anyhow::Result<Told> {
-    let bench = Bench {
-        parts,
+pub fn tell(arguments: &Arguments, folder: &Path) -> anyhow::Result<Told> {
+    let bench = VirtualBench {
         seed: arguments.seed,
         geometry: &arguments.geometry,
         folder,

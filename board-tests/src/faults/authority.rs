@@ -7,10 +7,10 @@ use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change::{self, Key};
 use hexsense_core::wire::{Refusal, Request, Response};
 
+use super::outcome::Outcome;
 use crate::bench::Bench;
 use crate::key_holder::{Account, KeyHolder, pieces, upload_of};
 use crate::line::Line;
-use super::outcome::Outcome;
 use crate::trial_set::Random;
 
 /// A challenge is good for ten seconds.
@@ -145,7 +145,7 @@ impl Trial {
         let act = acts[forgery as usize % acts.len()].clone();
         let mut request = self.key_holder.tagged(&mut board.line, act)?;
         if let Request::Change { tag, .. } = &mut request {
-            let bit = self.random.next() as usize % 256;
+            let bit = self.random.bits() as usize % 256;
             tag[bit / 8] ^= 1 << (bit % 8);
         }
         self.outcome.refused(&mut board.line, &request, |refusal| {

@@ -8,8 +8,8 @@ use anyhow::Context;
 use hexsense_probe::capture::Capture;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
 use super::outcome::Outcome;
+use crate::bench::Bench;
 use crate::power::Power;
 use crate::process::checked;
 use crate::programs::Program;

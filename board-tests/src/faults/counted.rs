@@ -8,10 +8,10 @@ use hexsense_core::wire::status::{Events, Status};
 use hexsense_core::wire::{Request, StreamContent};
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, Board};
 use super::gaps::Gaps;
-use crate::key_holder::calibrate;
 use super::outcome::Outcome;
+use crate::bench::{Bench, Board};
+use crate::key_holder::calibrate;
 use crate::trial_set::Random;
 
 /// When the first fault comes, and how far the next are apart.

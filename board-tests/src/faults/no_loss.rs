@@ -1,10 +1,10 @@
 //! No sample is lost while coefficients are written: at 4 kHz all channels stream on through uploads, rollbacks and
 //! factory resets, and the sample counter has no gap.
 
-use crate::bench::Bench;
 use super::gaps::Gaps;
-use crate::key_holder::{Account, Act, KeyHolder};
 use super::outcome::Outcome;
+use crate::bench::Bench;
+use crate::key_holder::{Account, Act, KeyHolder};
 use crate::trial_set::Random;
 
 /// One change in so many is a rollback, and one a factory reset.

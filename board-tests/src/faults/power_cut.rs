@@ -14,10 +14,10 @@ use anyhow::{anyhow, ensure};
 use hexsense_core::wire::message::Kept;
 use serde_json::{Value, json};
 
+use super::outcome::Outcome;
 use crate::bench::{Bench, Board, STARTED};
 use crate::key_holder::{Account, Act, KeyHolder};
 use crate::line::is_gone;
-use super::outcome::Outcome;
 use crate::trial_set::Random;
 
 /// How far an operation has got when the power goes.

@@ -7,9 +7,9 @@ use anyhow::Context;
 use hexsense_core::wire::status::{ResetCause, Resets};
 use serde_json::{Value, json};
 
+use super::outcome::Outcome;
 use crate::bench::{Bench, Board};
 use crate::key_holder::{Account, calibrate};
-use super::outcome::Outcome;
 use crate::trial_set::Random;
 
 /// Within this time of a reset the board samples with its coefficients.

@@ -9,11 +9,11 @@ use std::time::Duration;
 use hexsense_core::wire::{Request, Response, Status};
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
 use super::gaps::Gaps;
+use super::outcome::Outcome;
+use crate::bench::Bench;
 use crate::key_holder::{Act, KeyHolder};
 use crate::line::Line;
-use super::outcome::Outcome;
 use crate::trial_set::Random;
 
 /// When the first fault comes, s, and how far the next are apart at least and at most.
@@ -83,12 +83,12 @@ fn timeline(random: &mut Random, virtual_s: f64) -> Vec<Value> {
 }
 
 fn any(random: &mut Random) -> Value {
-    let some = |random: &mut Random, most: u32| 1 + random.next() % most;
+    let some = |random: &mut Random, most: u32| 1 + random.bits() % most;
     let line = |random: &mut Random, towards: &str, effect: &str| {
         let characters = some(random, 20);
         json!({"fault": "line", "towards": towards, "effect": effect, "characters": characters})
     };
-    match random.next() % 16 {
+    match random.bits() % 16 {
         0 | 1 => {
             json!({"fault": "dma_stall", "of": "converters", "duration_us": some(random, 5_000)})
         }
@@ -101,7 +101,7 @@ fn any(random: &mut Random) -> Value {
         9 => line(random, "host", "lost"),
         10 => json!({"fault": "bit_error", "address": "0x08040000", "bits": 1}),
         11 => json!({"fault": "pin_reset"}),
-        12 => json!({"fault": "brown_out", "ram_kept": random.next().is_multiple_of(2)}),
+        12 => json!({"fault": "brown_out", "ram_kept": random.bits().is_multiple_of(2)}),
         13 => json!({"fault": "jump", "address": "0xf0000000"}),
         14 => json!({"fault": "stack_pointer", "address": "0x20000008"}),
         _ => json!({"fault": "hang"}),
@@ -205,7 +205,9 @@ impl Soak {
     fn restarted(&mut self, line: &mut Line) -> anyhow::Result<()> {
         line.run(Duration::from_millis(STARTED_MS))?;
         let set = line.ask(&Request::ActiveSet);
-        if let (Ok(Response::ActiveSet(Some(_))), Some(status)) = (set, line.status_within(SILENCE)?) {
+        if let (Ok(Response::ActiveSet(Some(_))), Some(status)) =
+            (set, line.status_within(SILENCE)?)
+        {
             let soon = status.first_with_set_ms.is_some_and(|ms| ms <= STARTED_MS);
             self.outcome.check(soon, || {
                 format!(

@@ -1,8 +1,10 @@
-//! No instruction of the sample path takes a time that depends on its operands: seen in the ELF, not in the source.
+//! No instruction of the sample path takes a time that depends on its operands: this is read in the ELF, not in the source.
 //!
 //! From the firmware's sample interrupt and the functions of the portable path on, every function that is reached by a
 //! branch or call is read, instruction by instruction. Divisions, square roots, calls of software arithmetic, jumps
 //! through a pointer and ways into a panic are refused. (That no *branch* depends on data is counted: see [`crate::timing`].)
+
+mod thumb;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -12,13 +14,32 @@ use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind};
 use rustc_demangle::demangle;
 
-use crate::thumb::{self, Effect};
+use self::thumb::Effect;
+use crate::programs::Program;
+use crate::sample_path;
 
-/// Reads all that can be reached from the functions `names` and fails with the list of what must not be there;
-/// returns how many functions it read.
-pub fn check(elf: &Path, names: &[String]) -> anyhow::Result<usize> {
+/// The vector in which the firmware has its sample path, first instruction to last.
+const SAMPLE_INTERRUPT: &str = "DMA1_CHANNEL1";
+
+/// Reads the sample path of the program that has it for every size of block, and the firmware's interrupt.
+///
+/// # Errors
+/// The list of what must not be there.
+pub fn check() -> anyhow::Result<()> {
+    let symbols = sample_path::symbols();
+    let portable = check_reached(&Program::SamplePathBench.path()?, &symbols)?;
+    let whole = check_reached(&Program::Firmware.path()?, &[SAMPLE_INTERRUPT.to_owned()])?;
+    println!(
+        "{portable} functions of the portable path and {whole} of the firmware's interrupt have a fixed time"
+    );
+    Ok(())
+}
+
+/// Reads all functions that can be reached from `names` and fails with the list of what must not be there; returns how
+/// many functions it read.
+fn check_reached(elf: &Path, names: &[String]) -> anyhow::Result<usize> {
     let file = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
-    let program = Program::read(&file).with_context(|| format!("in {}", elf.display()))?;
+    let program = Code::read(&file).with_context(|| format!("in {}", elf.display()))?;
     let mut waiting = names
         .iter()
         .map(|name| program.called(name))
@@ -42,7 +63,7 @@ struct Function {
 }
 
 /// Functions by their first address, and the code around them.
-struct Program<'a> {
+struct Code<'a> {
     functions: BTreeMap<u32, Function>,
     /// From each of these addresses on there is code, or data between code (`$t` and `$d`, ELF for the Arm
     /// Architecture, mapping symbols).
@@ -50,7 +71,7 @@ struct Program<'a> {
     sections: Vec<(u32, &'a [u8])>,
 }
 
-impl<'a> Program<'a> {
+impl<'a> Code<'a> {
     fn read(file: &'a [u8]) -> anyhow::Result<Self> {
         let elf = ElfFile32::<Endianness>::parse(file)?;
         let mut this = Self {

@@ -11,7 +11,8 @@ use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::Key;
 use hexsense_core::wire::{AnalyserState, StreamContent};
 
-use crate::counting::{CountingBoard, Counts};
+use crate::counts::Counts;
+use crate::process::Beside;
 use crate::trial_set::Random;
 
 /// Blocks between one drive and the next.
@@ -41,14 +42,14 @@ pub struct Session {
 
 /// A board and the chances that it is given.
 pub struct Sessions {
-    board: CountingBoard,
+    board: Beside,
     random: Random,
     now_s: f64,
 }
 
 impl Sessions {
     /// Sessions on a board that has just been switched on.
-    pub fn new(board: CountingBoard) -> Self {
+    pub fn new(board: Beside) -> Self {
         Self {
             board,
             random: Random(0x9E37_79B9),
@@ -129,13 +130,18 @@ impl Sessions {
     }
 
     fn connect(&self) -> anyhow::Result<Client> {
-        Client::open(self.board.address()).context("the firmware on the virtual board")
+        let client = Client::open(self.board.address("link")?);
+        let mut client = client.context("the firmware on the virtual board")?;
+        // The last session left its stream on.
+        client.stream(StreamContent::default())?;
+        client.forget_blocks();
+        Ok(client)
     }
 
     fn leave(&mut self, client: Client) -> anyhow::Result<Counts> {
         self.now_s = client.now().as_secs_f64();
         drop(client);
-        self.board.counts()
+        Counts::read(&mut self.board)
     }
 
     fn upload(&mut self, client: &mut Client) -> anyhow::Result<()> {
@@ -149,7 +155,7 @@ impl Sessions {
 /// Any frequency that blocks of sixteen allow, so phases are random too; the analyser goes through all its states.
 fn drive(random: &mut Random) -> Drive {
     Drive {
-        increment: u64::from(random.next()) << 24 | 1,
+        increment: u64::from(random.bits()) << 24 | 1,
         block: BlockSize::Sixteen,
         settle_blocks: BLOCKS_OF_A_STATE,
         blocks: BLOCKS_OF_A_STATE,

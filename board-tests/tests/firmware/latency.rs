@@ -1,28 +1,30 @@
 //! From the trigger of a block's last scan to its calibrated values, and to its first bit on the line.
 
+use anyhow::Context;
+use board_tests::key_holder::calibrate;
 use hexsense_core::sampling::{BlockSize, RANK_NS};
 use hexsense_core::wire::Request;
 
-use crate::bench::Board;
-use crate::set::upload;
+use crate::{on_counting, random};
 
 /// The core's clock, MHz.
 const CORE_MHZ: f64 = 150.0;
 
-/// Prints a row for each block: `cargo test -p host-tests --test board -- --ignored --nocapture latency`.
+/// Prints a row for each block: `cargo test -p board-tests --test firmware -- --ignored --nocapture latency`.
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
-fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() {
+fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() -> anyhow::Result<()> {
     println!("| block | values, µs | path, cycles | first bit, µs: least | most |");
     for block in BlockSize::ALL {
-        let mut board = Board::on(&format!("latency-{}", block.scans()));
-        upload(&mut board, 1);
-        board.stream(false, false);
-        board.blocks.clear();
-        board.order(&Request::Block(block));
-        board.run_s(1.0);
-        let cycles = board.status().path_cycles;
-        let mut blocks = std::mem::take(&mut board.blocks);
+        let mut board = on_counting(&format!("latency-{}", block.scans()))?;
+        let line = &mut board.line;
+        calibrate(line, &mut random())?;
+        line.stream(false, false)?;
+        line.blocks.clear();
+        line.order(&Request::Block(block))?;
+        line.run_s(1.0)?;
+        let cycles = line.status()?.path_cycles;
+        let mut blocks = std::mem::take(&mut line.blocks);
         // The converters' last run begins after the last gap.
         let follows = |place: &usize| {
             let [before, after] = [place - 1, *place].map(|place| &blocks[place].block.header);
@@ -30,13 +32,14 @@ fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() {
         };
         let first = (1..blocks.len()).rev().find(|place| !follows(place));
         blocks.drain(..first.unwrap_or(0));
-        let run = board.triggers().pop().unwrap();
+        let triggers = board.leave()?.triggers;
+        let run = triggers.last().context("no triggers were counted")?;
         let first_scan = blocks[0].block.header.first_scan;
         let late = blocks.iter().map(|arrived| {
             let header = arrived.block.header;
             let last = header.first_scan + u64::from(header.scans) - 1;
             let trigger_us = run.first_ns as f64 * 1e-3 + (last - first_scan) as f64 * 1e3;
-            arrived.at_us as f64 - arrived.bytes as f64 * 5.0 - trigger_us
+            arrived.at.as_secs_f64() * 1e6 - arrived.bytes as f64 * 5.0 - trigger_us
         });
         let least = late.clone().fold(f64::INFINITY, f64::min);
         let most = late.fold(f64::NEG_INFINITY, f64::max);
@@ -50,4 +53,5 @@ fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() {
         );
         assert!(path_us < 100.0, "{block:?}: {path_us} µs");
     }
+    Ok(())
 }

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use anyhow::bail;
+use board_tests::line::Line;
 use hexsense_core::channel::{CHANNELS, Scan};
 use hexsense_core::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
 use hexsense_core::sampling::{BlockSize, BlockSums, RATES_HZ};
@@ -10,12 +12,12 @@ use hexsense_core::wire::message::{ChannelHarmonics, encode_response};
 use hexsense_core::wire::status::Events;
 use hexsense_core::wire::{AnalyserState, Drive, MAX_FRAME, Refusal, Request, Response};
 
-use crate::bench::Board;
+use crate::on;
 use crate::stream::assert_whole;
 
 /// Counts by their scan counter.
-fn capture(board: &Board) -> BTreeMap<u64, Scan> {
-    let blocks = board.blocks.iter();
+fn capture(line: &Line) -> BTreeMap<u64, Scan> {
+    let blocks = line.blocks.iter();
     blocks
         .flat_map(|arrived| {
             let first = arrived.block.header.first_scan;
@@ -25,15 +27,15 @@ fn capture(board: &Board) -> BTreeMap<u64, Scan> {
 }
 
 /// Every channel of an analyser that is complete, against the replay.
-fn assert_replay(board: &mut Board, analyser: u8, drive: Drive) {
-    let scans = capture(board);
+fn assert_replay(line: &mut Line, analyser: u8, drive: Drive) -> anyhow::Result<()> {
+    let scans = capture(line);
     let mut host = Analyser::new();
     host.start(Drive {
         settle_blocks: 0,
         ..drive
     });
     for channel in 0..CHANNELS as u8 {
-        let report = board.ask(&Request::Sums { analyser, channel });
+        let report = line.ask(&Request::Sums { analyser, channel })?;
         let Response::Sums {
             state,
             drive: reported,
@@ -57,6 +59,7 @@ fn assert_replay(board: &mut Board, analyser: u8, drive: Drive) {
         let (_, _, expected) = host.report(channel.into()).unwrap();
         assert_eq!(sums, expected, "analyser {analyser}, channel {channel}");
     }
+    Ok(())
 }
 
 fn drive(frequency_hz: f64, rate_hz: u32, block: BlockSize, settle_s: f64, length_s: f64) -> Drive {
@@ -71,13 +74,14 @@ fn drive(frequency_hz: f64, rate_hz: u32, block: BlockSize, settle_s: f64, lengt
 
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
-fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() {
+fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() -> anyhow::Result<()> {
     for (rate_hz, block) in [(4_000, BlockSize::Sixteen), (1_000, BlockSize::One)] {
-        let mut board = Board::on(&format!("sums-{rate_hz}"));
-        board.order(&Request::Rate(rate_hz));
-        board.order(&Request::Block(block));
-        board.stream(false, false);
-        board.blocks.clear();
+        let mut board = on(&format!("sums-{rate_hz}"))?;
+        let line = &mut board.line;
+        line.order(&Request::Rate(rate_hz))?;
+        line.order(&Request::Block(block))?;
+        line.stream(false, false)?;
+        line.blocks.clear();
         let set = |analyser, drive| Request::Drive { analyser, drive };
         let drives = [
             drive(1.3, rate_hz, block, 0.2, 1.5),
@@ -85,34 +89,42 @@ fn three_analysers_sum_what_was_streamed_while_one_is_set_anew() {
             drive(4.7, rate_hz, block, 0.5, 0.6),
         ];
         for (analyser, drive) in (0..).zip(drives) {
-            board.order(&set(analyser, drive));
+            line.order(&set(analyser, drive))?;
         }
-        board.run_s(0.7);
-        let summing = board.status().analysers;
+        line.run_s(0.7)?;
+        let summing = line.status()?.analysers;
         assert_eq!(summing, [AnalyserState::Summing; ANALYSERS]);
         let anew = drive(3.3, rate_hz, block, 0.1, 0.8);
-        board.order(&set(1, anew));
-        board.run_s(1.5);
+        line.order(&set(1, anew))?;
+        line.run_s(1.5)?;
         for (analyser, drive) in [(0, drives[0]), (1, anew), (2, drives[2])] {
-            assert_replay(&mut board, analyser, drive);
-            assert_fits(&mut board, analyser, rate_hz);
+            assert_replay(line, analyser, drive)?;
+            assert_fits(line, analyser, rate_hz)?;
         }
-        let status = board.status();
+        let status = line.status()?;
         assert_eq!(status.events, Events::NONE);
+    }
+    Ok(())
+}
+
+/// The refusal of a request.
+fn refusal(line: &mut Line, request: &Request) -> anyhow::Result<Refusal> {
+    match line.ask(request)? {
+        Response::Refused(refusal) => Ok(refusal),
+        other => bail!("{request:?} was answered by {other:?}"),
     }
 }
 
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
-fn what_cannot_be_estimated_is_refused_by_name() {
-    let mut board = Board::on("refused");
+fn what_cannot_be_estimated_is_refused_by_name() -> anyhow::Result<()> {
+    let mut board = on("refused")?;
+    let line = &mut board.line;
     let good = drive(1.0, 1_000, BlockSize::Sixteen, 0.0, 1.0);
-    let mut refused = |analyser, drive| match board.ask(&Request::Drive { analyser, drive }) {
-        Response::Refused(refusal) => Some(refusal),
-        _ => None,
-    };
-    assert_eq!(refused(2, good), None);
-    assert_eq!(refused(3, good), Some(Refusal::Analyser { analyser: 3 }));
+    let drive = |analyser, drive| Request::Drive { analyser, drive };
+    line.order(&drive(2, good))?;
+    let asked = refusal(line, &drive(3, good))?;
+    assert_eq!(asked, Refusal::Analyser { analyser: 3 });
     let other = Drive {
         block: BlockSize::Four,
         ..good
@@ -121,73 +133,62 @@ fn what_cannot_be_estimated_is_refused_by_name() {
         drive: 4,
         board: 16,
     };
-    assert_eq!(refused(0, other), Some(expected));
+    assert_eq!(refusal(line, &drive(0, other))?, expected);
     let fast = Drive {
         increment: u64::MAX / 100,
         ..good
     };
-    assert!(matches!(refused(0, fast), Some(Refusal::Drive(_))));
-    let asked = |board: &mut Board, request| match board.ask(&request) {
-        Response::Refused(refusal) => refusal,
-        other => panic!("{other:?}"),
-    };
+    let asked = refusal(line, &drive(0, fast))?;
+    assert!(matches!(asked, Refusal::Drive(_)), "{asked:?}");
     let fit = |analyser, channel| Request::Harmonics { analyser, channel };
-    assert_eq!(
-        asked(&mut board, fit(2, 0)),
-        Refusal::Incomplete { analyser: 2 }
-    );
-    assert_eq!(
-        asked(&mut board, fit(3, 0)),
-        Refusal::Analyser { analyser: 3 }
-    );
-    assert_eq!(
-        asked(&mut board, fit(0, 15)),
-        Refusal::Channel { channel: 15 }
-    );
-    let without_set = asked(&mut board, Request::Motion { analyser: 0 });
-    assert_eq!(without_set, Refusal::NoSet);
+    for (request, expected) in [
+        (fit(2, 0), Refusal::Incomplete { analyser: 2 }),
+        (fit(3, 0), Refusal::Analyser { analyser: 3 }),
+        (fit(0, 15), Refusal::Channel { channel: 15 }),
+        (Request::Motion { analyser: 0 }, Refusal::NoSet),
+    ] {
+        assert_eq!(refusal(line, &request)?, expected);
+    }
     // Twelve blocks are complete and determine nothing.
-    board.order(&Request::Drive {
-        analyser: 0,
-        drive: Drive { blocks: 12, ..good },
-    });
-    board.run_s(0.5);
-    assert_eq!(
-        asked(&mut board, fit(0, 0)),
-        Refusal::Undetermined { blocks: 12 }
-    );
+    line.order(&drive(0, Drive { blocks: 12, ..good }))?;
+    line.run_s(0.5)?;
+    let undetermined = Refusal::Undetermined { blocks: 12 };
+    assert_eq!(refusal(line, &fit(0, 0))?, undetermined);
+    Ok(())
 }
 
 /// Fifty hertz needs single scans, or blocks of at most 2 at 4 kHz; the counts stream beside them at every rate.
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
-fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() {
+fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() -> anyhow::Result<()> {
     for rate_hz in RATES_HZ {
-        let mut board = Board::on(&format!("fifty-{rate_hz}"));
-        board.order(&Request::Rate(rate_hz));
-        board.stream(false, false);
-        board.order(&Request::Block(BlockSize::One));
-        board.run_s(0.05);
-        board.blocks.clear();
+        let mut board = on(&format!("fifty-{rate_hz}"))?;
+        let line = &mut board.line;
+        line.order(&Request::Rate(rate_hz))?;
+        line.stream(false, false)?;
+        line.order(&Request::Block(BlockSize::One))?;
+        line.run_s(0.05)?;
+        line.blocks.clear();
         let drive = drive(50.0, rate_hz, BlockSize::One, 0.1, 1.5);
-        board.order(&Request::Drive { analyser: 0, drive });
-        board.run_s(2.0);
-        assert_whole(&board, &format!("{rate_hz} Hz"));
-        assert_replay(&mut board, 0, drive);
-        assert_fits(&mut board, 0, rate_hz);
-        let status = board.status();
+        line.order(&Request::Drive { analyser: 0, drive })?;
+        line.run_s(2.0)?;
+        assert_whole(line, &format!("{rate_hz} Hz"));
+        assert_replay(line, 0, drive)?;
+        assert_fits(line, 0, rate_hz)?;
+        let status = line.status()?;
         assert_eq!(status.events, Events::NONE);
     }
+    Ok(())
 }
 
 /// What the board solves from its sums, against what the host does: the same bits.
-fn assert_fits(board: &mut Board, analyser: u8, rate_hz: u32) {
+fn assert_fits(line: &mut Line, analyser: u8, rate_hz: u32) -> anyhow::Result<()> {
     for channel in 0..CHANNELS as u8 {
-        let report = board.ask(&Request::Sums { analyser, channel });
+        let report = line.ask(&Request::Sums { analyser, channel })?;
         let Response::Sums { drive, sums, .. } = report else {
             panic!("{report:?}");
         };
-        let answer = board.ask(&Request::Harmonics { analyser, channel });
+        let answer = line.ask(&Request::Harmonics { analyser, channel })?;
         let Response::Harmonics { first_scan, .. } = answer else {
             panic!("{answer:?}");
         };
@@ -207,33 +208,36 @@ fn assert_fits(board: &mut Board, analyser: u8, rate_hz: u32) {
             "analyser {analyser}, channel {channel}: {answer:?} and {host:?}"
         );
     }
+    Ok(())
 }
 
 /// Two million blocks are gone through in slices: the board says that it is busy, streams on, and answers in the end.
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
-fn a_long_window_is_solved_while_the_board_goes_on() {
-    let mut board = Board::on("long");
-    board.order(&Request::Rate(4_000));
-    board.order(&Request::Block(BlockSize::One));
-    board.stream(false, false);
+fn a_long_window_is_solved_while_the_board_goes_on() -> anyhow::Result<()> {
+    let mut board = on("long")?;
+    let line = &mut board.line;
+    line.order(&Request::Rate(4_000))?;
+    line.order(&Request::Block(BlockSize::One))?;
+    line.stream(false, false)?;
     let drive = drive(0.7, 4_000, BlockSize::One, 0.0, 25.0);
-    board.order(&Request::Drive { analyser: 1, drive });
-    board.run_s(25.5);
-    board.blocks.clear();
+    line.order(&Request::Drive { analyser: 1, drive })?;
+    line.run_s(25.5)?;
+    line.blocks.clear();
     let mut busy = 0;
     let request = Request::Harmonics {
         analyser: 1,
         channel: 0,
     };
-    while let Response::Refused(refusal) = board.ask(&request) {
+    while let Response::Refused(refusal) = line.ask_once(&request)? {
         assert_eq!(refusal, Refusal::Busy);
         busy += 1;
-        board.status();
+        line.status()?;
     }
     assert!((1..20).contains(&busy), "busy {busy} times");
-    assert_fits(&mut board, 1, 4_000);
-    assert_whole(&board, "while the board solved");
-    let status = board.status();
+    assert_fits(line, 1, 4_000)?;
+    assert_whole(line, "while the board solved");
+    let status = line.status()?;
     assert_eq!(status.events, Events::NONE);
+    Ok(())
 }

@@ -1,4 +1,4 @@
-//! A command of the host tool that meets trouble, and what it says of it in time.
+//! A command of the host tool that gets into trouble: its messages, which must come in time.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};

@@ -22,7 +22,7 @@ const MAX_ERROR: f64 = 5e-7;
 /// Measures and prints; fails when an error is too large.
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
-    let errors = measure(&cases(arguments.most));
+    let errors = measure(&cases(arguments.most.into()));
     if arguments.json {
         println!("{}", serde_json::to_string(&errors)?);
     } else {

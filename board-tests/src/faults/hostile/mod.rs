@@ -17,10 +17,10 @@ use hexsense_core::wire::message::encode_request;
 use hexsense_core::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
+use super::outcome::Outcome;
 use crate::bench::Bench;
 use crate::key_holder::{Account, KeyHolder, calibrate, pieces};
 use crate::line::Line;
-use super::outcome::Outcome;
 use crate::trial_set::Random;
 
 /// Bytes that the line carries in a second.
@@ -196,18 +196,18 @@ impl Attack {
         let mut bytes = Vec::with_capacity(CHUNK_BYTES + MAX_FRAME);
         while bytes.len() < CHUNK_BYTES {
             match kind {
-                Flood::Noise => bytes.extend(self.random.next().to_le_bytes()),
+                Flood::Noise => bytes.extend(self.random.bits().to_le_bytes()),
                 Flood::Requests => bytes.extend(encoded(&Request::Status)?),
                 Flood::Cut => {
                     let frame = encoded(&Request::History { age: 1 })?;
-                    let length = 1 + self.random.next() as usize % (frame.len() - 1);
+                    let length = 1 + self.random.bits() as usize % (frame.len() - 1);
                     bytes.extend(&frame[..length]);
                 }
                 Flood::Nonsense => {
                     // Never one of the first requests: to change rate or block costs ticks by right.
-                    let mut payload = vec![32 + self.random.next() as u8 % 200];
-                    payload.extend((0..self.random.next() % 200).map(|_| self.random.next() as u8));
-                    let kind = [Kind::Request as u8, self.random.next() as u8];
+                    let mut payload = vec![32 + self.random.bits() as u8 % 200];
+                    payload.extend((0..self.random.bits() % 200).map(|_| self.random.bits() as u8));
+                    let kind = [Kind::Request as u8, self.random.bits() as u8];
                     bytes.extend(framed(kind[payload.len() % 2], 3, &payload)?);
                 }
             }
