@@ -10,32 +10,21 @@
 
 use embassy_time::{Instant, Timer};
 use hexsense_core::live_pose::{JackBlock, Tracker};
-use hexsense_core::records::{BaseError, JackCoefficients, MotionBase, SetId};
+use hexsense_core::records::{BaseError, SetId};
 use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport};
 
-use super::exchange::Exchange;
-use super::timing::{POSE_PAUSE, POSE_PERIOD};
-
-/// The part of the active set that poses are found with.
-#[derive(Clone)]
-pub struct Base {
-    /// Which set it belongs to.
-    pub set: SetId,
-    /// The motion base.
-    pub base: MotionBase,
-    /// Its transducers.
-    pub jacks: JackCoefficients,
-}
+use crate::chip::timing::{POSE_PAUSE, POSE_PERIOD};
+use crate::shared::Shared;
 
 /// Finds poses for ever.
 #[embassy_executor::task]
-pub async fn find(exchange: &'static Exchange) -> ! {
-    // The exchange has a receiver for this task, which starts once.
-    let mut base = exchange.base.receiver().expect("a receiver is left");
+pub async fn find(shared: &'static Shared) -> ! {
+    // The shared has a receiver for this task, which starts once.
+    let mut base = shared.base.receiver().expect("a receiver is left");
     let mut active: Option<(SetId, Result<Tracker<f32>, BaseError>)> = None;
     let mut last = Instant::MIN;
     loop {
-        let block = exchange.jacks.wait().await;
+        let block = shared.jacks.wait().await;
         let now = Instant::now();
         if let Some(base) = base.try_changed() {
             active = base.map(|base| (base.set, Tracker::new(&base.base, &base.jacks)));
@@ -54,7 +43,7 @@ pub async fn find(exchange: &'static Exchange) -> ! {
             Err(error) => Err(PoseRefusal::Base(*error)),
         };
         last = now;
-        exchange.pose.signal(PoseReport {
+        shared.pose.signal(PoseReport {
             first_scan: block.first_scan,
             block: block.block,
             set: *set,

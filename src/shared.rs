@@ -1,4 +1,4 @@
-//! What passes between the tasks: everything they share, and nothing else is shared.
+//! What passes between the tasks: everything that they share.
 //!
 //! ```text
 //!           supply ──────────────┐ c, temperature
@@ -13,8 +13,8 @@
 //!                  └──base──▶ harmonics, pose ◀──jacks── link ◀──poses── pose
 //! ```
 //!
-//! What the sample path shares is in [`super::path`]. A *latest* value has one writer and overwrites itself; a command is
-//! answered exactly once.
+//! What the sample path shares is in [`crate::sampling::path`]. A *latest* value has one writer and overwrites itself; a
+//! command is answered exactly once.
 
 use core::sync::atomic::AtomicBool;
 
@@ -22,13 +22,12 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
-use hexsense_core::storage;
 use hexsense_core::live_pose::JackBlock;
+use hexsense_core::records::{JackCoefficients, MotionBase, SetId};
 use hexsense_core::sampling::Calibrator;
-use hexsense_core::records::SetId;
+use hexsense_core::server::{HarmonicsCommand, SamplingCommand, SupplyReading};
+use hexsense_core::storage::StorageCommand;
 use hexsense_core::wire::{PoseReport, Response};
-
-use super::{harmonics, pose, sampling, supply};
 
 /// Guards what tasks of different priorities share.
 pub type Guard = CriticalSectionRawMutex;
@@ -44,6 +43,17 @@ pub struct Active {
     pub calibrator: Calibrator,
 }
 
+/// The part of the active set that poses are found with.
+#[derive(Clone)]
+pub struct Base {
+    /// Which set it belongs to.
+    pub set: SetId,
+    /// The motion base.
+    pub base: MotionBase,
+    /// Its transducers.
+    pub jacks: JackCoefficients,
+}
+
 /// Signs of life; the watchdog is fed when all three have come.
 pub struct Alive {
     /// Blocks come.
@@ -55,33 +65,33 @@ pub struct Alive {
 }
 
 /// Everything that passes between the tasks but blocks.
-pub struct Exchange {
+pub struct Shared {
     /// Latest supply and temperature: to sampling, link and harmonics.
-    pub supply: Watch<Guard, supply::Reading, 3>,
+    pub supply: Watch<Guard, SupplyReading, 3>,
     /// Latest active set, once there was one: to sampling and link.
     pub active: Watch<Guard, Option<Active>, 2>,
     /// Whether the board has a key: storage to link.
     pub provisioned: AtomicBool,
     /// Base of the active set, once there was one: storage to pose and harmonics.
-    pub base: Watch<Guard, Option<pose::Base>, 2>,
+    pub base: Watch<Guard, Option<Base>, 2>,
     /// Jacks of the latest block that the link has sent: to pose.
     pub jacks: Signal<Guard, JackBlock>,
     /// Latest pose, or why there is none: to the link.
     pub pose: Signal<Guard, PoseReport>,
     /// Link to the sampling task.
-    pub to_sampling: Channel<Guard, sampling::Command, 1>,
+    pub to_sampling: Channel<Guard, SamplingCommand, 1>,
     /// Link to storage.
-    pub to_storage: Channel<Guard, storage::Command, 1>,
+    pub to_storage: Channel<Guard, StorageCommand, 1>,
     /// Link to harmonics.
-    pub to_harmonics: Channel<Guard, harmonics::Command, 1>,
+    pub to_harmonics: Channel<Guard, HarmonicsCommand, 1>,
     /// Sampling task, storage and harmonics to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
     /// To the supervisor.
     pub alive: Alive,
 }
 
-impl Exchange {
-    /// Nothing known yet, nobody waiting.
+impl Shared {
+    /// Nothing is known yet, and no task waits.
     pub const fn new() -> Self {
         Self {
             supply: Watch::new(),

@@ -7,9 +7,12 @@ use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::rcc;
 use static_cell::StaticCell;
 
-use super::exchange::Exchange;
-use super::identity::Origin;
-use super::{clock, ecc, harmonics, link, path, pins, pose, sampling, storage, supervisor, supply};
+use crate::chip::identity::Origin;
+use crate::chip::{clock, pins};
+use crate::health::{flash_errors, panic, resets, watchdog};
+use crate::sampling::{path, supply, task};
+use crate::shared::Shared;
+use crate::{harmonics, link, pose, storage};
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static LINK: InterruptExecutor = InterruptExecutor::new();
@@ -30,22 +33,30 @@ unsafe fn I2C4_ER() {
 #[entry]
 fn main() -> ! {
     // Made while running: as a static that is ready made its image would take a kilobyte of flash.
-    static EXCHANGE: StaticCell<Exchange> = StaticCell::new();
+    static SHARED: StaticCell<Shared> = StaticCell::new();
     static BACKGROUND: StaticCell<Executor> = StaticCell::new();
 
-    let watchdog = supervisor::unleash();
+    let dog = watchdog::unleash();
     let (config, source) = clock::configuration();
     let mut chip = embassy_stm32::init(config);
     clock::check(rcc::clocks(&chip.RCC.reborrow()));
-    let (origin, memory) = Origin::take(source);
+    let message = panic::take();
+    let (reset, counts, memory) = resets::take(message.is_some());
+    let origin = Origin {
+        board: embassy_stm32::uid::uid(),
+        reset,
+        resets: counts,
+        clock: source,
+        panic: message,
+    };
     defmt::info!("clock {}, last panic {}", source, origin.panic.as_deref());
 
-    let exchange: &'static Exchange = EXCHANGE.init_with(Exchange::new);
+    let shared: &'static Shared = SHARED.init_with(Shared::new);
     let board = origin.board;
     let parts = pins::assign(chip);
 
     count_cycles();
-    ecc::watch();
+    flash_errors::watch();
     pins::SAMPLE_VECTOR.set_priority(pins::SAMPLE_PRIORITY);
     for vector in pins::DRIVER_VECTORS {
         vector.set_priority(pins::DRIVER_PRIORITY);
@@ -54,15 +65,15 @@ fn main() -> ! {
     pins::LINK_VECTOR.set_priority(pins::LINK_PRIORITY);
     // A task cannot be spawned twice, and each is spawned once here.
     let sampling = SAMPLING.start(pins::SAMPLING_VECTOR);
-    sampling.spawn(sampling::sample(parts.acquisition, exchange).unwrap());
+    sampling.spawn(task::sample(parts.acquisition, shared).unwrap());
     let link = LINK.start(pins::LINK_VECTOR);
-    link.spawn(link::talk(parts.serial, origin, exchange).unwrap());
+    link.spawn(link::talk(parts.serial, origin, shared).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
-        background.spawn(storage::store(parts.flash, parts.random, board, exchange).unwrap());
-        background.spawn(pose::find(exchange).unwrap());
-        background.spawn(harmonics::solve(exchange).unwrap());
-        background.spawn(supply::measure(parts.supply, exchange).unwrap());
-        background.spawn(supervisor::supervise(watchdog, memory, exchange).unwrap());
+        background.spawn(storage::store(parts.flash, parts.random, board, shared).unwrap());
+        background.spawn(pose::find(shared).unwrap());
+        background.spawn(harmonics::solve(shared).unwrap());
+        background.spawn(supply::measure(parts.supply, shared).unwrap());
+        background.spawn(watchdog::supervise(dog, memory, shared).unwrap());
     })
 }
 

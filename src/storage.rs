@@ -11,16 +11,24 @@ use embassy_stm32::Peri;
 use embassy_stm32::flash::{Bank2Region, Flash};
 use embassy_stm32::peripherals::{FLASH, RNG};
 use embassy_stm32::rng::Rng;
+use embassy_stm32::{bind_interrupts, flash, rng};
 use embassy_time::{Instant, with_timeout};
-use hexsense_core::storage::Storage;
-use hexsense_core::sampling::Calibrator;
+use hexsense::FACTS;
 use hexsense_core::records::SetId;
+use hexsense_core::sampling::Calibrator;
+use hexsense_core::storage::Storage;
 use hexsense_core::wire::Response;
 
-use super::exchange::{Active, Exchange};
-use super::pins::Irqs;
-use super::pose::Base;
-use super::timing::STORAGE_HEARTBEAT;
+use crate::chip::timing::STORAGE_HEARTBEAT;
+use crate::health::flash_errors::Corrections;
+use crate::shared::{Active, Base, Shared};
+
+bind_interrupts!(
+    struct Irqs {
+        FLASH => Corrections, flash::InterruptHandler;
+        RNG => rng::InterruptHandler<RNG>;
+    }
+);
 
 /// Loads the active set, then answers commands for ever. `board` is this chip's unique id.
 #[embassy_executor::task]
@@ -28,23 +36,23 @@ pub async fn store(
     flash: Peri<'static, FLASH>,
     random: Peri<'static, RNG>,
     board: [u8; 12],
-    exchange: &'static Exchange,
+    shared: &'static Shared,
 ) -> ! {
     let region = Flash::new(flash, Irqs).into_regions().bank2_region;
-    let mut storage = Storage::new(region, board);
+    let mut storage = Storage::new(region, FACTS.flash, board);
     let mut published = None;
     let loaded = storage.load().await;
-    publish(&storage, &mut published, exchange);
+    publish(&storage, &mut published, shared);
     if loaded.is_err() {
-        defmt::error!("the storage cannot read its flash");
+        defmt::error!("storage cannot read its flash");
     } else if storage.complete().await.is_err() {
-        defmt::error!("the storage cannot complete a change");
+        defmt::error!("storage cannot complete a change");
     }
     let mut random = Rng::new(random, Irqs);
     loop {
-        publish(&storage, &mut published, exchange);
-        exchange.alive.storage.signal(());
-        if let Ok(command) = with_timeout(STORAGE_HEARTBEAT, exchange.to_storage.receive()).await {
+        publish(&storage, &mut published, shared);
+        shared.alive.storage.signal(());
+        if let Ok(command) = with_timeout(STORAGE_HEARTBEAT, shared.to_storage.receive()).await {
             let now_ms = Instant::now().as_millis();
             let fill =
                 async |challenge: &mut [u8; 16]| random.async_fill_bytes(challenge).await.is_ok();
@@ -52,8 +60,8 @@ pub async fn store(
                 .carry_out(command, now_ms, fill)
                 .await
                 .unwrap_or_else(Response::Refused);
-            publish(&storage, &mut published, exchange);
-            exchange.answers.send(answer).await;
+            publish(&storage, &mut published, shared);
+            shared.answers.send(answer).await;
         }
     }
 }
@@ -62,9 +70,9 @@ pub async fn store(
 fn publish(
     storage: &Storage<Bank2Region<'static>>,
     published: &mut Option<SetId>,
-    exchange: &Exchange,
+    shared: &Shared,
 ) {
-    exchange
+    shared
         .provisioned
         .store(storage.is_provisioned(), Ordering::Relaxed);
     let active = storage.active();
@@ -73,12 +81,12 @@ fn publish(
         return;
     }
     *published = id;
-    exchange.active.sender().send(active.map(|active| Active {
+    shared.active.sender().send(active.map(|active| Active {
         id: active.set.id,
         temperature_c: active.content.temperature_c,
         calibrator: Calibrator::new(&active.content),
     }));
-    exchange.base.sender().send(active.map(|active| Base {
+    shared.base.sender().send(active.map(|active| Base {
         set: active.set.id,
         base: active.content.base,
         jacks: active.content.jacks,

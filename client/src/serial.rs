@@ -15,7 +15,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use hexsense_core::wire::BAUD;
+use hexsense_core::wire::hello::BAUD;
 use serialport::SerialPort;
 
 use super::stream::{Stream, Wait};

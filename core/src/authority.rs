@@ -8,8 +8,9 @@
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
 
+use crate::records::key::Key;
 use crate::wire::Refusal;
-use crate::wire::change::{Challenge, Change, Key, Tag};
+use crate::wire::change::{Challenge, Change, Tag};
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;

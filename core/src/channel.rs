@@ -1,8 +1,8 @@
 //! The fifteen channels of one scan, and the order in which everything lists them.
 //!
 //! A *scan* is one hardware-triggered conversion of all channels: the nine inertial sensors in three *triads*,
-//! then the six jack displacement transducers. A count is the sum of sixteen 12-bit conversions of one channel,
-//! so that 65536 counts are the supply voltage and 65520 is the largest code.
+//! then the six jack displacement transducers. A *count* is what the board reports for one channel of one scan, a `u16`;
+//! [`BoardFacts::counts_at_supply`](crate::facts::BoardFacts::counts_at_supply) says what the supply voltage would read.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +12,6 @@ pub const INERTIAL: usize = 9;
 pub const JACKS: usize = 6;
 /// Number of channels of a scan.
 pub const CHANNELS: usize = INERTIAL + JACKS;
-/// Counts that the supply voltage would read: 16 conversions of 4096 codes.
-pub const COUNTS_AT_SUPPLY: u32 = 65_536;
 
 /// Names of the channels, in the order of a scan.
 pub const NAMES: [&str; CHANNELS] = [

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`kinematics`] | jack lengths ↔ pose of the platform, and their rates |
 //! | [`excitation`] | program signals, turned into six jack programs |
+//! | [`facts`] | what differs from board to board |
 //! | [`channel`] | the fifteen channels of a scan and their order |
 //! | [`sampling`] | counts → calibrated values, in fixed time |
 //! | [`live_pose`] | jack counts → the board's own pose |
@@ -17,6 +18,8 @@
 //! | [`records`] | the coefficient record, the log of changes and the key, each with its place in flash |
 //! | [`authority`] | who may change them |
 //! | [`storage`] | changes of them, whole or not at all, each with its entry in the log |
+//! | [`sample_path`] | a block of scans → values, sums, and the queue of the link |
+//! | [`server`] | the answer to each request, and the stream |
 //! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
@@ -29,12 +32,15 @@ pub mod calibration;
 pub mod channel;
 pub mod checksum;
 pub mod excitation;
+pub mod facts;
 pub mod harmonics;
 pub mod kinematics;
 pub mod least_squares;
 pub mod live_motion;
 pub mod live_pose;
 pub mod records;
+pub mod sample_path;
 pub mod sampling;
+pub mod server;
 pub mod storage;
 pub mod wire;

@@ -3,10 +3,10 @@
 //! The converter has the gain, offset, noise and supply that the twin tells every board; conversions are taken at the
 //! instants of the scan by the board's wrong clock. What is left out is everything that makes the board a board.
 
+use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, Scan};
 use hexsense_core::excitation::Program;
 use hexsense_core::kinematics::displacements;
-use hexsense_core::sampling::instant_s;
 use hexsense_probe::analysis::Run;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;
@@ -128,7 +128,7 @@ impl Laboratory {
         let supply_v = self.at(trigger_s, SUPPLY);
         for (channel, count) in scan.iter_mut().enumerate() {
             let adc = self.bench.board().adc[usize::from(channel >= INERTIAL)];
-            let volts = self.at(trigger_s + instant_s(channel), channel);
+            let volts = self.at(trigger_s + FACTS.instant_s(channel), channel);
             let noise: f64 = StandardNormal.sample(&mut self.noise);
             // Sixteen conversions: the noise of a sum is four times that of one.
             let codes =

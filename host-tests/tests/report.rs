@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use hexsense::FACTS;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::Analyser;
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
@@ -80,6 +81,7 @@ impl Evidence {
             hardware: "NUCLEO-G474RE, STM32G474RE".to_owned(),
             firmware: "0.1.0".to_owned(),
             wire: 1,
+            facts: FACTS,
         };
         let campaign = Campaign {
             folder: PathBuf::from("campaign"),
@@ -480,6 +482,7 @@ fn names_from_files_cannot_become_markup() {
         hardware: format!("hardware {HOSTILE}"),
         firmware: format!("firmware {HOSTILE}"),
         wire: 1,
+        facts: FACTS,
     };
     let mut analysis = EVIDENCE.analysis.clone();
     analysis.condensed.heave.name = format!("run {HOSTILE}");

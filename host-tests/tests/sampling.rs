@@ -1,10 +1,9 @@
 //! The sample path: right, the same on every machine, and blind to the supply.
 
+use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
-use hexsense_core::sampling::{
-    BLOCK, BlockSize, BlockSums, Calibrator, NOMINAL_SUPPLY_V, RANK_NS, RATES_HZ, instant_s,
-};
+use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use proptest::prelude::*;
 
 fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
@@ -104,7 +103,7 @@ proptest! {
             })
         };
         let calibrator = Calibrator::new(&set(triads));
-        let nominal = f64::from(NOMINAL_SUPPLY_V);
+        let nominal = f64::from(FACTS.nominal_supply_v);
         let at_nominal = calibrator.apply(&counts(nominal), 1.0);
         let elsewhere = calibrator.apply(&counts(supply_v), (supply_v / nominal) as f32);
         for channel in 0..INERTIAL {
@@ -211,17 +210,22 @@ fn channels_are_in_the_order_of_a_scan() {
 fn instants_are_the_middles_of_sixteen_conversions_one_after_another() {
     // RM0440: 16 conversions of 47.5 + 12.5 cycles at 37.5 MHz.
     let rank_s = 16.0 * 60.0 / 37.5e6;
-    assert!((f64::from(RANK_NS) * 1e-9 - rank_s).abs() < 1e-15);
+    assert!((f64::from(FACTS.rank_ns) * 1e-9 - rank_s).abs() < 1e-15);
     for (channel, rank) in (0..INERTIAL).chain(0..6).enumerate() {
         let expected = (rank as f64 + 0.5) * rank_s;
         assert!(
-            (instant_s(channel) - expected).abs() < 1e-15,
+            (FACTS.instant_s(channel) - expected).abs() < 1e-15,
             "{}",
             NAMES[channel]
         );
     }
     // A scan is over before the next begins, at every rate, and a block is a whole number of scans.
     let scan_s = INERTIAL as f64 * rank_s;
-    assert!(RATES_HZ.iter().all(|rate| scan_s < 1.0 / f64::from(*rate)));
+    assert!(
+        FACTS
+            .rates_hz
+            .iter()
+            .all(|rate| scan_s < 1.0 / f64::from(*rate))
+    );
     assert_eq!(BLOCK, 16);
 }

@@ -6,6 +6,7 @@
 //! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
 //! | [`reconnect`] | a board that went away, and comes back |
+//! | [`known_board`] | the board that is assumed where none can be asked |
 //! | [`key_file`] | the key without which nothing on the board can be changed |
 //! | [`motion`] | who drives the base: a person at its controller, or the twin |
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
@@ -31,6 +32,7 @@ pub mod files;
 pub mod geometry_file;
 pub mod interrupt;
 pub mod key_file;
+pub mod known_board;
 pub mod motion;
 pub mod plan;
 pub mod reconnect;

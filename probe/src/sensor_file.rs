@@ -10,10 +10,12 @@
 use std::path::Path;
 
 use hexsense_core::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
-use hexsense_core::channel::{COUNTS_AT_SUPPLY, Triad};
+use hexsense_core::channel::Triad;
+use hexsense_core::facts::BoardFacts;
 use serde::Deserialize;
 
 use crate::files::{self, FileError};
+use crate::known_board;
 
 /// The data sheets of everything that is wired to the board.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -22,6 +24,9 @@ pub struct SensorFile {
     /// The file as it is, for copies.
     #[serde(skip)]
     pub text: String,
+    /// The board that the sensors are connected to.
+    #[serde(skip, default = "known_board::facts")]
+    pub board: BoardFacts,
     /// Name of the set of sensors.
     pub name: String,
     /// Gravity where the base stands.
@@ -237,7 +242,7 @@ impl SensorFile {
     /// Counts of the board that one volt makes at the nominal supply.
     #[must_use]
     pub fn counts_per_volt(&self) -> f64 {
-        f64::from(COUNTS_AT_SUPPLY) / self.supply_v
+        f64::from(self.board.counts_at_supply) / self.supply_v
     }
 
     /// Nominal displacement of a jack from mid-stroke, m, at `counts` (supply factor applied) and a stroke of

@@ -7,11 +7,11 @@
 use embassy_stm32::pac;
 use embassy_stm32::rcc::{self, mux};
 use embassy_stm32::time::Hertz;
+use hexsense::{ADC_HZ, CORE_HZ, CRYSTAL_HZ};
 
 use super::pins::DRIVER_PRIORITY;
-use super::timing::{ADC_HZ, CORE_HZ, CRYSTAL_START_MS};
+use super::timing::CRYSTAL_START_MS;
 
-const CRYSTAL_HZ: u32 = 24_000_000;
 /// The core's clock after reset, Hz.
 const RESET_HZ: u32 = 16_000_000;
 
@@ -79,7 +79,7 @@ fn start_crystal() -> Source {
     Source::Internal
 }
 
-/// Checks that the tree gives what every constant in [`super::timing`] assumes.
+/// Checks that the tree gives what every constant in [`hexsense`] assumes.
 ///
 /// # Panics
 /// When it does not: a mistake of the build, not of the input.

@@ -1,12 +1,12 @@
 //! Who the board is, why it started, and on what clock: known at the start, and the same until the next.
 
+use hexsense::FACTS;
+use hexsense_core::server::board::PanicMessage;
 use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::status::{ResetCause, Resets};
 use hexsense_core::wire::{Identity, VERSION};
 
 use super::clock;
-use super::panic;
-use super::resets::{self, Memory};
 
 /// Board and chip.
 const HARDWARE: &str = "NUCLEO-G474RE (STM32G474RE)";
@@ -36,24 +36,10 @@ pub struct Origin {
     /// What drives the clock.
     pub clock: clock::Source,
     /// Message of the panic before the start, if there was one.
-    pub panic: Option<panic::Message>,
+    pub panic: Option<PanicMessage>,
 }
 
 impl Origin {
-    /// Reads what the chip knows, and clears it for the next start. To be called once.
-    pub fn take(clock: clock::Source) -> (Self, Memory) {
-        let panic = panic::take();
-        let (reset, resets, memory) = resets::take(panic.is_some());
-        let origin = Self {
-            board: embassy_stm32::uid::uid(),
-            reset,
-            resets,
-            clock,
-            panic,
-        };
-        (origin, memory)
-    }
-
     /// Answer to a hello.
     pub fn greeting(&self) -> Greeting {
         Greeting {
@@ -68,6 +54,7 @@ impl Origin {
             board: self.board,
             hardware: HARDWARE.try_into().unwrap_or_default(),
             reset: self.reset,
+            facts: FACTS,
         }
     }
 }

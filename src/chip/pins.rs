@@ -1,4 +1,4 @@
-//! Which pin, converter, DMA channel and interrupt belongs to what. Nothing else names them.
+//! Which pin, converter, DMA channel and priority belongs to what. The room of a driver binds the driver's interrupt.
 //!
 //! | channel | pin | converter | rank |   | channel | pin | converter | rank |
 //! |---|---|---|---|---|---|---|---|---|
@@ -13,35 +13,14 @@
 //! | wz | PC1 | ADC1_IN7 | 9 | | link | PA2 (TX), PA3 (RX) | LPUART1 | |
 
 use embassy_stm32::Peri;
+use embassy_stm32::Peripherals;
 use embassy_stm32::adc::{AdcChannel, AnyAdcChannel};
-use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::interrupt::{self, Priority};
 use embassy_stm32::peripherals::{
     ADC1, ADC2, ADC5, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA1_CH5, FLASH, LPUART1, PA0, PA1,
     PA2, PA3, PA4, PA6, PA7, PB0, PB1, PB2, PB11, PB12, PB14, PB15, PC0, PC1, PC4, RNG, TIM6,
 };
-use embassy_stm32::{Peripherals, bind_interrupts, dma, flash, rng, usart};
 use hexsense_core::channel::{INERTIAL, JACKS};
-
-use super::{ecc, path};
-
-bind_interrupts!(
-    /// Every interrupt that a driver handles.
-    pub struct Irqs {
-        DMA1_CHANNEL1 => path::SampleInterrupt;
-        DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
-        DMA1_CHANNEL3 => dma::InterruptHandler<DMA1_CH3>;
-        DMA1_CHANNEL4 => dma::InterruptHandler<DMA1_CH4>;
-        DMA1_CHANNEL5 => dma::InterruptHandler<DMA1_CH5>;
-        LPUART1 => usart::InterruptHandler<LPUART1>;
-        FLASH => ecc::Corrections, flash::InterruptHandler;
-        RNG => rng::InterruptHandler<RNG>;
-    }
-);
-
-// SAFETY: the driver's handler would count rounds of the ring and wake who reads it through the driver, which nobody
-// does. It is left out because it panics on an error; `SampleInterrupt` acknowledges everything.
-unsafe impl Binding<interrupt::typelevel::DMA1_CHANNEL1, dma::InterruptHandler<DMA1_CH1>> for Irqs {}
 
 /// The sample path: above everything else.
 pub const SAMPLE_PRIORITY: Priority = Priority::P0;

@@ -1,76 +1,22 @@
-//! Every timing constant of the board, with its reason.
-//!
-//! The chain from crystal to sample is exact: 24 MHz · 25 / 4 = 150 MHz; TIM6 divides that by 4 and by a whole
-//! number for each rate; so 1, 2 and 4 kHz are what they say, to the crystal's tolerance.
+//! Every timing constant of the board that needs a driver's type, with its reason; clock and converter settings are in
+//! the library of this package.
 
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;
-use hexsense_core::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense_core::sampling::{BlockSize, RANK_NS, RATES_HZ};
+use hexsense::{OVERSAMPLING, SAMPLING_HALF_CYCLES};
+use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::{pose, telemetry};
 
-/// Core and bus clock, Hz. 150 MHz is the most that needs no core boost, and all rates divide it.
-pub const CORE_HZ: u32 = 150_000_000;
-/// Clock of the converters, Hz: the PLL's 300 MHz divided by 8, a quarter of the core's. Their limit is 60 MHz for one
-/// alone and 52 MHz with all running, and a sixth of 300 MHz would leave the pins' filters too little time.
-pub const ADC_HZ: u32 = CORE_HZ / 4;
+/// Code of the oversampling ratio in the register ADC_CFGR2.OVSR, for 2^(code + 1).
+pub const OVERSAMPLING_CODE: u8 = OVERSAMPLING.trailing_zeros() as u8 - 1;
 
-/// Conversions that the hardware adds up into one count.
-pub const OVERSAMPLING: u32 = 16;
-/// Code of that ratio in the register ADC_CFGR2.OVSR, for 2^(code + 1).
-pub const OVERSAMPLING_CODE: u8 = 3;
-
-/// Sampling time of one conversion: the longest that fits nine channels into the shortest period, so that the pins'
-/// filters have the most time to charge the sampling capacitor (1.27 µs).
+/// Sampling time of one conversion.
 pub const SAMPLE_TIME: SampleTime = SampleTime::CYCLES47_5;
-/// Cycles of the converter's clock for one conversion: 47.5 of sampling and 12.5 of approximation.
-pub const CONVERSION_CYCLES: u32 = 60;
-/// Duration of a whole scan, ns: nine ranks of ADC1, while ADC2 does six beside them.
-pub const SCAN_NS: u32 = RANK_NS * INERTIAL as u32;
 
-/// Prescaler of TIM6: without it a period of 1 kHz does not fit into 16 bits. As the converters' clock is a quarter of
-/// the core's, every trigger meets it in the same phase.
-pub const TRIGGER_PRESCALER: u32 = 4;
-
-/// Cycles of the prescaled timer clock in one period at `rate_hz`.
-pub const fn trigger_ticks(rate_hz: u32) -> u32 {
-    CORE_HZ / TRIGGER_PRESCALER / rate_hz
-}
-
-/// A converter that was triggered while still busy ignores the trigger, and the rate would halve without a sign.
-/// So a scan must fit the period, with 5 % to spare. The host corrects the ranks' delays by the core's constant.
-const _: () = {
-    let rank_cycles = (CONVERSION_CYCLES * OVERSAMPLING) as u64;
-    assert!(
-        RANK_NS as u64 * ADC_HZ as u64 == rank_cycles * 1_000_000_000,
-        "the core assumes another duration of a rank"
-    );
-    assert!(
-        2 << OVERSAMPLING_CODE == OVERSAMPLING,
-        "the ratio is not its code"
-    );
-    assert!(
-        COUNTS_AT_SUPPLY == 4_096 * OVERSAMPLING,
-        "the core assumes another count"
-    );
-    let mut i = 0;
-    while i < RATES_HZ.len() {
-        let rate = RATES_HZ[i];
-        assert!(
-            CORE_HZ.is_multiple_of(TRIGGER_PRESCALER * rate),
-            "the rate is not exact"
-        );
-        assert!(
-            trigger_ticks(rate) <= 1 << 16,
-            "the period does not fit the timer"
-        );
-        assert!(
-            SCAN_NS / 95 * 100 < 1_000_000_000 / rate,
-            "the scan does not fit the period"
-        );
-        i += 1;
-    }
-};
+const _: () = assert!(
+    SAMPLING_HALF_CYCLES == 95,
+    "the sampling time is not that of the library"
+);
 
 /// From starting the timer to the first trigger, µs: time for nothing more than to start, and well below the pause of
 /// 1 ms after which a conversion may be wrong.

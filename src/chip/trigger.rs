@@ -4,13 +4,15 @@ use embassy_stm32::Peri;
 use embassy_stm32::peripherals::TIM6;
 use embassy_stm32::timer::low_level::{MasterMode, Timer};
 
-use super::timing::{CORE_HZ, FIRST_TRIGGER_US, TRIGGER_PRESCALER, trigger_ticks};
+use hexsense::{CORE_HZ, TRIGGER_PRESCALER, trigger_ticks};
+
+use super::timing::FIRST_TRIGGER_US;
 
 /// TIM6 as a trigger; stopped when dropped.
 pub struct Trigger<'d>(Timer<'d, TIM6>);
 
 impl<'d> Trigger<'d> {
-    /// Sets the timer up for `rate_hz`, one of `RATES_HZ`, and leaves it stopped.
+    /// Sets the timer up for `rate_hz`, one of those in [`hexsense::FACTS`], and leaves it stopped.
     pub fn new(timer: Peri<'d, TIM6>, rate_hz: u32) -> Self {
         let timer = Timer::new(timer);
         let regs = timer.regs_basic();

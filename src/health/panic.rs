@@ -2,7 +2,7 @@
 //!
 //! The text lies in `.uninit`, RAM that the start-up code leaves alone; a magic word and its complement say that it is
 //! there. After a power cut the RAM holds noise, which that pair tells from a text. Faults and damaged code end here
-//! too, see [`super::stack`] and [`super::ecc`].
+//! too, see [`super::stack`] and [`super::flash_errors`].
 //!
 //! A panic is told by the addresses that it was called from, innermost first. Files, lines and messages of all places
 //! that might panic would take an eighth of the flash; the ELF knows them by the addresses:
@@ -20,13 +20,11 @@ use core::panic::PanicInfo;
 use core::ptr::addr_of_mut;
 
 use cortex_m_rt::exception;
+use hexsense_core::server::board::PanicMessage as Message;
 
-/// Longest message that is kept, bytes; the rest is cut off.
-pub const MAX_MESSAGE: usize = 128;
+/// Bytes of a message that are kept; the rest is cut off.
+const MAX_MESSAGE: usize = 128;
 const MAGIC: u32 = 0x5041_4E21;
-
-/// A panic's message, cut to [`MAX_MESSAGE`] bytes of UTF-8.
-pub type Message = heapless::String<MAX_MESSAGE>;
 
 #[repr(C)]
 struct Record {

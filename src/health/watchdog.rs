@@ -11,9 +11,9 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
 
-use super::exchange::Exchange;
 use super::resets::Memory;
-use super::timing::{SUPERVISOR_PERIOD, WATCHDOG_US};
+use crate::chip::timing::{SUPERVISOR_PERIOD, WATCHDOG_US};
+use crate::shared::Shared;
 
 /// Starts the watchdog.
 pub fn unleash() -> IndependentWatchdog<'static, IWDG> {
@@ -28,9 +28,9 @@ pub fn unleash() -> IndependentWatchdog<'static, IWDG> {
 pub async fn supervise(
     mut watchdog: IndependentWatchdog<'static, IWDG>,
     mut memory: Memory,
-    exchange: &'static Exchange,
+    shared: &'static Shared,
 ) -> ! {
-    let alive = &exchange.alive;
+    let alive = &shared.alive;
     loop {
         join3(
             alive.sampling.wait(),

@@ -1,40 +1,56 @@
-//! The serial link: bytes in, frames out. What is said is decided at the [`desk`](super::desk).
+//! The serial link: bytes in, frames out. The [`Server`] decides what is said; [`board`] is the board behind it.
 //!
 //! One task owns the port. It waits for whatever comes first: bytes from the host, a block from the sample path, an
 //! answer from a task that was given a command, or a pose. Frames go out one after another; while one is on the line the
 //! receiver's ring takes what comes in. Nothing here can hold up the sample path, which drops a block when the queue
-//! is full and counts it. Nor can a line full of noise hold up the tasks in thread mode: what comes is taken in pieces.
+//! is full and counts it. Nor can a line full of noise hold up the tasks in thread mode: the link takes bytes in pieces.
+
+mod board;
 
 use embassy_futures::select::{Either4, select4};
 use embassy_stm32::mode::Async;
+use embassy_stm32::peripherals::{DMA1_CH4, DMA1_CH5, LPUART1};
 use embassy_stm32::usart::{Config, Error, RingBufferedUartRx, Uart, UartTx};
+use embassy_stm32::{bind_interrupts, dma, usart};
 use embassy_time::{Instant, Timer, with_timeout};
+use hexsense::FACTS;
+use hexsense_core::server::{MAX_REQUEST_FRAME, Server};
+use hexsense_core::wire::MAX_FRAME;
 use hexsense_core::wire::frame::Deframer;
-use hexsense_core::wire::{BAUD, MAX_FRAME};
 use static_cell::ConstStaticCell;
 
-use super::desk::{Desk, MAX_REQUEST_FRAME};
-use super::exchange::Exchange;
-use super::identity::Origin;
-use super::path;
-use super::pins::{self, Irqs};
-use super::tallies;
-use super::timing::{DEAF_AFTER_ERROR, GATHER, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING};
+use self::board::LinkBoard;
+use crate::chip::identity::Origin;
+use crate::chip::pins;
+use crate::chip::timing::{
+    DEAF_AFTER_ERROR, GATHER, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING,
+};
+use crate::health::counters;
+use crate::sampling::path;
+use crate::shared::Shared;
+
+bind_interrupts!(
+    struct Irqs {
+        DMA1_CHANNEL4 => dma::InterruptHandler<DMA1_CH4>;
+        DMA1_CHANNEL5 => dma::InterruptHandler<DMA1_CH5>;
+        LPUART1 => usart::InterruptHandler<LPUART1>;
+    }
+);
 
 /// Talks to the host for ever.
 #[embassy_executor::task]
-pub async fn talk(mut parts: pins::Serial, origin: Origin, exchange: &'static Exchange) -> ! {
+pub async fn talk(mut parts: pins::Serial, origin: Origin, shared: &'static Shared) -> ! {
     static RING: ConstStaticCell<[u8; RECEIVE_RING]> = ConstStaticCell::new([0; RECEIVE_RING]);
     let ring = RING.take();
     let mut talk = Talk {
-        desk: Desk::new(origin, exchange),
+        server: Server::new(LinkBoard::new(origin, shared)),
         deframer: Deframer::default(),
         frame: [0; MAX_FRAME],
-        exchange,
+        shared,
     };
     loop {
         let mut config = Config::default();
-        config.baudrate = BAUD;
+        config.baudrate = FACTS.baud;
         let port = Uart::new(
             parts.uart.reborrow(),
             parts.rx.reborrow(),
@@ -55,10 +71,10 @@ pub async fn talk(mut parts: pins::Serial, origin: Origin, exchange: &'static Ex
 
 /// The link but for its port.
 struct Talk {
-    desk: Desk,
+    server: Server<LinkBoard>,
     deframer: Deframer<MAX_REQUEST_FRAME>,
     frame: [u8; MAX_FRAME],
-    exchange: &'static Exchange,
+    shared: &'static Shared,
 }
 
 impl Talk {
@@ -68,7 +84,7 @@ impl Talk {
         let mut input = [0; 64];
         let (mut listens_at, mut failed) = (Instant::MIN, false);
         loop {
-            self.exchange.alive.link.signal(());
+            self.shared.alive.link.signal(());
             let receive = async {
                 if Instant::now() < listens_at {
                     Timer::at(listens_at).await;
@@ -81,8 +97,8 @@ impl Talk {
             let next = select4(
                 receive,
                 path::block_waits(),
-                self.exchange.answers.receive(),
-                self.exchange.pose.wait(),
+                self.shared.answers.receive(),
+                self.shared.pose.wait(),
             );
             let Ok(next) = with_timeout(LINK_HEARTBEAT, next).await else {
                 continue;
@@ -102,9 +118,9 @@ impl Talk {
                     continue;
                 }
                 Either4::First(Err(None)) => return,
-                Either4::Second(()) => self.desk.pass_on(&mut self.frame),
-                Either4::Third(answer) => self.desk.hand_out(&answer, &mut self.frame),
-                Either4::Fourth(report) => self.desk.pass_on_pose(&report, &mut self.frame),
+                Either4::Second(()) => self.server.pass_on(&mut self.frame),
+                Either4::Third(answer) => self.server.hand_out(&answer, &mut self.frame),
+                Either4::Fourth(report) => self.server.pass_on_pose(&report, &mut self.frame),
             };
             self.send(length, tx).await;
         }
@@ -113,7 +129,7 @@ impl Talk {
     async fn take_in(&mut self, bytes: &[u8], tx: &mut UartTx<'_, Async>) {
         for byte in bytes {
             if let Some(closed) = self.deframer.push(*byte) {
-                let length = self.desk.take_in(closed, &mut self.frame);
+                let length = self.server.take_in(closed, &mut self.frame);
                 self.send(length, tx).await;
             }
         }
@@ -125,14 +141,14 @@ impl Talk {
             return;
         };
         if tx.write(bytes).await.is_err() {
-            tallies::note(|events| &mut events.frames_unsent);
+            counters::note(|events| &mut events.frames_unsent);
         }
     }
 }
 
 /// Counts an error of the receiver.
 fn count(error: Error) {
-    tallies::note(match error {
+    counters::note(match error {
         Error::Overrun => |events| &mut events.receiver_overruns,
         _ => |events| &mut events.receiver_errors,
     });

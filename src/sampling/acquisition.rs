@@ -20,15 +20,28 @@ use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use embassy_stm32::adc::{Adc, AdcConfig, Exten, RingBufferedAdc, Rovsm, Trovs};
+use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac;
-use embassy_stm32::peripherals::{ADC1, ADC2};
+use embassy_stm32::peripherals::{ADC1, ADC2, DMA1_CH1, DMA1_CH2};
 use embassy_stm32::triggers::TIM6_TRGO;
+use embassy_stm32::{bind_interrupts, dma, interrupt};
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::sampling::BlockSize;
 
-use super::pins::{self, INERTIAL_DMA, Irqs, JACK_DMA};
-use super::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
-use super::trigger::Trigger;
+use crate::chip::pins::{self, INERTIAL_DMA, JACK_DMA};
+use crate::chip::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
+use crate::chip::trigger::Trigger;
+
+bind_interrupts!(
+    /// The interrupts of the converters' DMA but the first, which is the sample interrupt.
+    struct Irqs {
+        DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
+    }
+);
+
+// SAFETY: the driver's handler would count rounds of the ring and wake the task that reads it through the driver, which
+// no task does. It is left out because it panics on an error; the sample interrupt acknowledges everything.
+unsafe impl Binding<interrupt::typelevel::DMA1_CHANNEL1, dma::InterruptHandler<DMA1_CH1>> for Irqs {}
 
 /// Scans that a ring holds: two of the largest blocks.
 const RING: usize = 2 * BlockSize::MAX_SCANS;
@@ -155,7 +168,7 @@ pub struct Run<'d> {
 }
 
 impl<'d> Run<'d> {
-    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of `RATES_HZ`.
+    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of those in [`hexsense::FACTS`].
     ///
     /// A converter's first conversion after a pause of 1 ms may be wrong (ES0430), so each makes one here that nobody
     /// reads; the first trigger follows soon enough.

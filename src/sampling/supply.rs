@@ -14,42 +14,38 @@
 //! enters by a sixteenth, a low-pass of 1.6 s.
 
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
-use embassy_stm32::pac;
+use embassy_stm32::peripherals::DMA1_CH3;
+use embassy_stm32::{bind_interrupts, dma, pac};
 use embassy_time::{Ticker, Timer};
-use hexsense_core::sampling::NOMINAL_SUPPLY_V;
+use hexsense::{
+    FACTS, SUPPLY_CONVERSIONS, SUPPLY_OVERSAMPLING, SUPPLY_READINGS, SUPPLY_SAMPLING_HALF_CYCLES,
+};
+use hexsense_core::server::SupplyReading;
 
-use super::exchange::Exchange;
-use super::pins::{self, Irqs};
-use super::timing::{INTERNAL_START, SUPPLY_PERIOD};
+use crate::chip::pins;
+use crate::chip::timing::{INTERNAL_START, SUPPLY_PERIOD};
+use crate::shared::Shared;
 
-/// Readings that make up the mean.
-const AVERAGED: u8 = 16;
+bind_interrupts!(
+    struct Irqs {
+        DMA1_CHANNEL3 => dma::InterruptHandler<DMA1_CH3>;
+    }
+);
 
-/// The smoothed supply and temperature.
-#[derive(Clone, Copy, defmt::Format)]
-pub struct Reading {
-    /// Supply of the converters, V.
-    pub vdda_v: f32,
-    /// Temperature of the die, °C.
-    pub temperature_c: f32,
-    /// Readings that this is the mean of, at most sixteen.
-    pub readings: u8,
+/// Takes a new reading into the mean: the mean of all, and from sixteen on a step of a sixteenth.
+fn approach(mean: &mut SupplyReading, new: SupplyReading) {
+    mean.readings = (mean.readings + new.readings).min(SUPPLY_READINGS);
+    let weight = 1.0 / f32::from(mean.readings);
+    mean.factor += weight * (new.factor - mean.factor);
+    mean.temperature_c += weight * (new.temperature_c - mean.temperature_c);
 }
 
-impl Reading {
-    /// Takes in a new reading: the mean of all, and from sixteen on a step of a sixteenth.
-    fn approach(&mut self, new: Self) {
-        self.readings = (self.readings + new.readings).min(AVERAGED);
-        let weight = 1.0 / f32::from(self.readings);
-        self.vdda_v += weight * (new.vdda_v - self.vdda_v);
-        self.temperature_c += weight * (new.temperature_c - self.temperature_c);
-    }
-
-    /// The supply factor c of [`hexsense_core::sampling`].
-    pub fn factor(self) -> f32 {
-        self.vdda_v / NOMINAL_SUPPLY_V
-    }
-}
+/// Sampling time of the internal channels.
+const SAMPLE_TIME: SampleTime = SampleTime::CYCLES640_5;
+const _: () = assert!(
+    SUPPLY_SAMPLING_HALF_CYCLES == 1_281,
+    "the sampling time is not that of the library"
+);
 
 /// What the factory noted about this chip: 12-bit codes at a supply of 3.0 V.
 struct Factory {
@@ -76,29 +72,29 @@ impl Factory {
     }
 
     /// Supply and temperature from two codes, which count 16 to one 12-bit code.
-    fn convert(&self, vrefint: u16, temperature: u16) -> Reading {
+    fn convert(&self, vrefint: u16, temperature: u16) -> SupplyReading {
         const PER_CODE: f32 = 16.0;
         let vdda_v = Self::SUPPLY_V * f32::from(self.vrefint) * PER_CODE / f32::from(vrefint);
         let at_3v = f32::from(temperature) / PER_CODE * vdda_v / Self::SUPPLY_V;
         let low = f32::from(self.temperature_30c);
         let span = f32::from(self.temperature_130c) - low;
-        Reading {
-            vdda_v,
+        SupplyReading {
+            factor: vdda_v / FACTS.nominal_supply_v,
             temperature_c: Self::LOW_C + Self::SPAN_K * (at_3v - low) / span,
             readings: 1,
         }
     }
 }
 
-/// Measures for ever and leaves each smoothed reading in `exchange`.
+/// Measures for ever and leaves each smoothed reading in `shared`.
 #[embassy_executor::task]
-pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! {
-    let latest = exchange.supply.sender();
+pub async fn measure(mut parts: pins::Supply, shared: &'static Shared) -> ! {
+    let latest = shared.supply.sender();
     // 256 conversions, shifted by 4: 16 counts for one code, as on the other converters.
     let mut adc = Adc::new(
         parts.adc,
         AdcConfig {
-            oversampling_ratio: Some(7),
+            oversampling_ratio: Some(SUPPLY_OVERSAMPLING.trailing_zeros() as u8 - 1),
             oversampling_shift: Some(4),
             oversampling_mode: Some((Rovsm::RESUMED, Trovs::AUTOMATIC, true)),
             ..AdcConfig::default()
@@ -110,25 +106,25 @@ pub async fn measure(mut parts: pins::Supply, exchange: &'static Exchange) -> ! 
     let mut temperature = adc.enable_temperature().degrade_adc::<'static>();
     Timer::after(INTERNAL_START).await;
     let factory = Factory::read();
-    let mut mean = Reading {
-        vdda_v: 0.0,
+    let mut mean = SupplyReading {
+        factor: 0.0,
         temperature_c: 0.0,
         readings: 0,
     };
-    let mut codes = [0u16; 3];
+    let mut codes = [0u16; SUPPLY_CONVERSIONS as usize];
     let mut ticker = Ticker::every(SUPPLY_PERIOD);
     loop {
         let sequence = [
-            (&mut discarded, SampleTime::CYCLES640_5),
-            (&mut vrefint, SampleTime::CYCLES640_5),
-            (&mut temperature, SampleTime::CYCLES640_5),
+            (&mut discarded, SAMPLE_TIME),
+            (&mut vrefint, SAMPLE_TIME),
+            (&mut temperature, SAMPLE_TIME),
         ];
         adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
             .await;
         let [_, vrefint_code, temperature_code] = codes;
-        mean.approach(factory.convert(vrefint_code, temperature_code));
+        approach(&mut mean, factory.convert(vrefint_code, temperature_code));
         latest.send(mean);
-        if mean.readings == AVERAGED {
+        if mean.readings == SUPPLY_READINGS {
             ticker.next().await;
         }
     }

@@ -8,39 +8,32 @@
 use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_sync::watch::Receiver;
 use embassy_time::{Instant, Timer};
-use hexsense_core::sampling::{BlockSize, Prepared, RATES_HZ};
+use hexsense::FACTS;
+use hexsense_core::sample_path::Progress;
+use hexsense_core::sample_path::queue::Context;
+use hexsense_core::sampling::{BlockSize, Prepared};
+use hexsense_core::server::{SamplingCommand, SupplyReading};
 use hexsense_core::wire::Response;
 
 use super::acquisition::{self, Fault, Run};
-use super::exchange::{Active, Exchange, Guard};
-use super::path::{self, Path, Progress};
-use super::pins;
-use super::queue::Context;
-use super::supply::Reading;
-use super::tallies;
-use super::timing::{FIRST_BLOCK_POLL, block_timeout};
-
-/// What the link may ask of the sampling task. Each is answered once.
-#[derive(Clone, Copy)]
-pub enum Command {
-    /// Scan at this rate, Hz, one of `RATES_HZ`.
-    Rate(u32),
-    /// Take so many scans at a time.
-    Block(BlockSize),
-}
+use super::path;
+use crate::chip::pins;
+use crate::chip::timing::{FIRST_BLOCK_POLL, block_timeout};
+use crate::health::counters;
+use crate::shared::{Active, Guard, Shared};
 
 /// Why a run ended.
 enum End {
-    Command(Command),
+    Command(SamplingCommand),
     Fault(Fault),
 }
 
 /// Samples for ever.
 #[embassy_executor::task]
-pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -> ! {
-    let (mut rate_hz, mut block) = (RATES_HZ[0], BlockSize::default());
-    path::with(|path| path.begin(rate_hz, block, 0));
-    let mut conditions = Conditions::new(exchange).await;
+pub async fn sample(mut parts: pins::Acquisition, shared: &'static Shared) -> ! {
+    let (mut rate_hz, mut block) = (FACTS.rates_hz[0], BlockSize::default());
+    path::begin(rate_hz, block, 0);
+    let mut conditions = Conditions::new(shared).await;
     let mut before: Option<Start> = None;
     let mut answer_due = false;
     loop {
@@ -48,16 +41,16 @@ pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -
         if let Some(fault) = path::take_fault() {
             count(fault);
         }
-        let start = path::with(|path| Start::new(path, before, rate_hz, block));
+        let start = Start::new(before, rate_hz, block);
         run.start();
-        let end = follow(exchange, &mut conditions, &mut answer_due).await;
-        path::with(Path::end);
+        let end = follow(shared, &mut conditions, &mut answer_due).await;
+        path::end();
         match end {
             End::Command(command) => {
                 answer_due = true;
                 match command {
-                    Command::Rate(hz) => rate_hz = hz,
-                    Command::Block(size) => block = size,
+                    SamplingCommand::Rate(hz) => rate_hz = hz,
+                    SamplingCommand::Block(size) => block = size,
                 }
             }
             End::Fault(fault) => count(fault),
@@ -70,7 +63,7 @@ pub async fn sample(mut parts: pins::Acquisition, exchange: &'static Exchange) -
 fn count(fault: Fault) {
     let scans = path::with(|path| path.progress.scans);
     defmt::warn!("converters: {} after {} scans", fault, scans);
-    tallies::note(match fault {
+    counters::note(match fault {
         Fault::Overrun => |events| &mut events.overruns,
         Fault::Late => |events| &mut events.late_blocks,
         Fault::Stuck => |events| &mut events.stuck,
@@ -88,18 +81,18 @@ struct Start {
 
 impl Start {
     /// Begins a run on the path, with the scans that were due since the start `before` it and were not taken.
-    fn new(path: &mut Path, before: Option<Self>, rate_hz: u32, block: BlockSize) -> Self {
+    fn new(before: Option<Self>, rate_hz: u32, block: BlockSize) -> Self {
         let at = Instant::now();
         let lost = before.map_or(0, |before| {
             let micros = (at - before.at).as_micros();
             let due = micros * u64::from(before.rate_hz) / 1_000_000;
-            due.saturating_sub(path.next_scan() - before.scan)
+            due.saturating_sub(path::with(|path| path.next_scan()) - before.scan)
         });
-        path.begin(rate_hz, block, lost);
+        path::begin(rate_hz, block, lost);
         Self {
             at,
             rate_hz,
-            scan: path.next_scan(),
+            scan: path::with(|path| path.next_scan()),
         }
     }
 }
@@ -108,7 +101,7 @@ impl Start {
 ///
 /// Only blocks are a sign of life. A command is answered when the first block has come, so that no number of commands
 /// can keep blocks from coming.
-async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &mut bool) -> End {
+async fn follow(shared: &Shared, conditions: &mut Conditions, answer_due: &mut bool) -> End {
     let Progress {
         mut scans,
         rate_hz,
@@ -124,7 +117,7 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &m
             due
         };
         match select4(
-            exchange.to_sampling.receive(),
+            shared.to_sampling.receive(),
             path::fault(),
             conditions.change(),
             Timer::at(look),
@@ -140,9 +133,9 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &m
         if now != scans {
             scans = now;
             due = Instant::now() + patience;
-            exchange.alive.sampling.signal(());
+            shared.alive.sampling.signal(());
             if core::mem::take(answer_due) {
-                exchange.answers.send(Response::Done).await;
+                shared.answers.send(Response::Done).await;
             }
         } else if Instant::now() >= due {
             return End::Fault(acquisition::why_no_block());
@@ -152,18 +145,18 @@ async fn follow(exchange: &Exchange, conditions: &mut Conditions, answer_due: &m
 
 /// Supply, temperature and coefficients: what the path applies and seldom changes.
 struct Conditions {
-    supply: Receiver<'static, Guard, Reading, 3>,
+    supply: Receiver<'static, Guard, SupplyReading, 3>,
     active: Receiver<'static, Guard, Option<Active>, 2>,
-    reading: Reading,
+    reading: SupplyReading,
     set: Option<Active>,
 }
 
 impl Conditions {
     /// Waits for the first reading of the supply, without which a count means little.
-    async fn new(exchange: &'static Exchange) -> Self {
-        // The exchange has a receiver of each for this task, which starts once.
-        let mut supply = exchange.supply.receiver().expect("a receiver is left");
-        let active = exchange.active.receiver().expect("a receiver is left");
+    async fn new(shared: &'static Shared) -> Self {
+        // The shared has a receiver of each for this task, which starts once.
+        let mut supply = shared.supply.receiver().expect("a receiver is left");
+        let active = shared.active.receiver().expect("a receiver is left");
         let reading = supply.get().await;
         let mut conditions = Self {
             supply,
@@ -185,7 +178,7 @@ impl Conditions {
 
     /// Gives them to the path. Here are the only divisions of the calibration.
     async fn install(&mut self) {
-        let supply = self.reading.factor();
+        let supply = self.reading.factor;
         let context = Context {
             supply,
             temperature_c: self.reading.temperature_c,

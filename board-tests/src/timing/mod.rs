@@ -17,6 +17,7 @@ mod sessions;
 use std::collections::BTreeMap;
 
 use anyhow::{Context, ensure};
+use hexsense::CORE_HZ;
 use hexsense_core::channel::{CHANNELS, INERTIAL};
 use serde::Serialize;
 
@@ -44,7 +45,6 @@ const SUMS: &str = "sums_16";
 
 /// Scans of a block.
 const BLOCK: u64 = 16;
-const CORE_HZ: f64 = 150e6;
 /// Rates, Hz, and blocks that are streamed at each.
 const LOADS: [(u32, u64); 3] = [(1_000, 200), (2_000, 400), (4_000, 800)];
 /// Blocks with pins of every kind.
@@ -121,7 +121,7 @@ pub fn measure() -> anyhow::Result<Timing> {
     for (rate_hz, blocks) in LOADS {
         let session = sessions.run(rate_hz, blocks)?;
         let instructions = session.counts.executed as f64;
-        let percent = 100.0 * instructions / (session.lasted_s * CORE_HZ);
+        let percent = 100.0 * instructions / (session.lasted_s * f64::from(CORE_HZ));
         load_percent.insert(rate_hz, (100.0 * percent).round() / 100.0);
         all.push(session);
     }

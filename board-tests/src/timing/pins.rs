@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use hexsense::FACTS;
 use hexsense_core::channel::INERTIAL;
 use serde_json::json;
 
@@ -21,7 +22,7 @@ const STEP_S: f64 = 250e-6;
 const CHUNK_STEPS: usize = 40;
 /// One kind of voltage lasts for so many chunks: 0.1 s.
 const CHUNKS_OF_A_KIND: usize = 10;
-const SUPPLY_V: f32 = 3.3;
+const SUPPLY_V: f32 = FACTS.nominal_supply_v;
 /// Beyond the supply, so that every conversion gives the largest count.
 const SATURATED_V: f32 = 4.0;
 

@@ -2,13 +2,11 @@
 
 use anyhow::Context;
 use board_tests::key_holder::calibrate;
-use hexsense_core::sampling::{BlockSize, RANK_NS};
+use hexsense::{CORE_HZ, FACTS};
+use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Request;
 
 use crate::{on_counting, random};
-
-/// The core's clock, MHz.
-const CORE_MHZ: f64 = 150.0;
 
 /// Prints a row for each block: `cargo test -p board-tests --test firmware -- --ignored --nocapture latency`.
 #[test]
@@ -43,8 +41,8 @@ fn values_exist_a_tenth_of_a_millisecond_after_the_last_conversion() -> anyhow::
         });
         let least = late.clone().fold(f64::INFINITY, f64::min);
         let most = late.fold(f64::NEG_INFINITY, f64::max);
-        let path_us = f64::from(cycles.max) / CORE_MHZ;
-        let value_us = 9.0 * f64::from(RANK_NS) * 1e-3 + path_us;
+        let path_us = f64::from(cycles.max) * 1e6 / f64::from(CORE_HZ);
+        let value_us = 9.0 * f64::from(FACTS.rank_ns) * 1e-3 + path_us;
         println!(
             "| {} | {value_us:.1} | {} to {} | {least:.0} | {most:.0} |",
             block.scans(),

@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use board_tests::key_holder::calibrate;
 use board_tests::line::{ArrivedBlock, Line};
+use hexsense::FACTS;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::increment;
-use hexsense_core::sampling::{BlockSize, Calibrator, RATES_HZ};
+use hexsense_core::sampling::{BlockSize, Calibrator};
 use hexsense_core::wire::status::Events;
 use hexsense_core::wire::telemetry::{bits_per_second, scans_of_frame};
 use hexsense_core::wire::{Drive, Request, Response, StreamContent};
@@ -72,7 +73,7 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
         values: false,
         pose: false,
     };
-    for rate_hz in RATES_HZ {
+    for rate_hz in FACTS.rates_hz {
         let mut board = on(&format!("gathered-{rate_hz}"))?;
         let line = &mut board.line;
         line.order(&Request::Rate(rate_hz))?;
@@ -84,14 +85,14 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
             line.run_s(1.0)?;
             let what = format!("{block:?} at {rate_hz} Hz");
             assert_whole(line, &what);
-            let due = scans_of_frame(counts, rate_hz, block);
+            let due = scans_of_frame(counts, rate_hz, block, FACTS.max_telemetry_bits_per_s());
             let scans = |arrived: &ArrivedBlock| usize::from(arrived.block.header.scans);
             let whole = line.blocks.iter().filter(|arrived| scans(arrived) == due);
             // With each of ten readings of the supply a frame may end early, and another at the end of the ring.
             assert!(whole.count() + 22 >= line.blocks.len(), "{what}");
             assert!(line.blocks.iter().all(|arrived| scans(arrived) <= due));
             let bytes: usize = line.blocks.iter().map(|arrived| arrived.bytes).sum();
-            let stated = bits_per_second(counts, rate_hz, block);
+            let stated = bits_per_second(counts, rate_hz, block, FACTS.max_telemetry_bits_per_s());
             assert!(bytes * 10 <= stated as usize + 10_000, "{what}: {bytes}");
         }
         let status = line.status()?;

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 
 use anyhow::bail;
 use board_tests::line::Line;
+use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, Scan};
 use hexsense_core::harmonics::{ANALYSERS, Analyser, increment, solve_channel};
-use hexsense_core::sampling::{BlockSize, BlockSums, RATES_HZ};
+use hexsense_core::sampling::{BlockSize, BlockSums};
 use hexsense_core::wire::message::{ChannelHarmonics, encode_response};
 use hexsense_core::wire::status::Events;
 use hexsense_core::wire::{AnalyserState, Drive, MAX_FRAME, Refusal, Request, Response};
@@ -161,7 +162,7 @@ fn what_cannot_be_estimated_is_refused_by_name() -> anyhow::Result<()> {
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() -> anyhow::Result<()> {
-    for rate_hz in RATES_HZ {
+    for rate_hz in FACTS.rates_hz {
         let mut board = on(&format!("fifty-{rate_hz}"))?;
         let line = &mut board.line;
         line.order(&Request::Rate(rate_hz))?;
@@ -192,7 +193,8 @@ fn assert_fits(line: &mut Line, analyser: u8, rate_hz: u32) -> anyhow::Result<()
         let Response::Harmonics { first_scan, .. } = answer else {
             panic!("{answer:?}");
         };
-        let solved = solve_channel(&drive, rate_hz, channel.into(), &sums).unwrap();
+        let late_scans = FACTS.instant_s(channel.into()) * f64::from(rate_hz);
+        let solved = solve_channel(&drive, late_scans, &sums).unwrap();
         let host = Response::Harmonics {
             drive,
             first_scan,

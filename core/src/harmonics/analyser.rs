@@ -20,7 +20,6 @@ use core::hint::black_box;
 
 use crate::channel::{CHANNELS, INERTIAL, JACKS, unrolled};
 use crate::sampling::{BlockSize, BlockSums};
-use crate::wire::AnalyserState;
 use serde::{Deserialize, Serialize};
 
 use super::HARMONICS;
@@ -28,6 +27,19 @@ use super::drive::Drive;
 use super::table::Waves;
 
 pub use super::drive::MAX_BLOCKS;
+
+/// How far the harmonic sums have come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AnalyserState {
+    /// No drive was set.
+    Idle,
+    /// Transients are passing.
+    Settling,
+    /// Sums are growing.
+    Summing,
+    /// The sums are complete and stay.
+    Complete,
+}
 
 /// Sums of one channel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -30,7 +30,7 @@ pub mod series;
 pub mod solution;
 pub mod table;
 
-pub use analyser::{Analyser, ChannelSums, Step};
+pub use analyser::{Analyser, AnalyserState, ChannelSums, Step};
 pub use choice::largest_block;
 pub use drive::{Drive, DriveError, increment};
 pub use replay::Replay;

@@ -24,7 +24,6 @@ use super::factor::{Column, Factor};
 use super::replay::{Replay, TRIANGLE, WAVES};
 use super::table::{self, sine_cosine};
 use super::{Cofactors, HARMONICS, Harmonic, Harmonics, REGRESSORS};
-use crate::sampling::instant_s;
 
 /// Turns of the correction for the table's rounding.
 const CORRECTIONS: usize = 3;
@@ -42,18 +41,14 @@ pub fn solve(drive: &Drive, sums: &ChannelSums) -> Option<Harmonics> {
     Some(Solver::new(&replay)?.solve(sums))
 }
 
-/// As [`solve`], with the phases at the trigger of the first scan: the delay of the channel's conversion (see
-/// [`instant_s`]) is taken out, so that channels of different ranks can be compared.
+/// As [`solve`], with the phases at the trigger of the first scan: the channel is converted `late_scans` after it
+/// ([`BoardFacts::instant_s`](crate::facts::BoardFacts::instant_s) times the scan rate). This delay is taken out, so that
+/// channels of different ranks can be compared.
 #[must_use]
-pub fn solve_channel(
-    drive: &Drive,
-    rate_hz: u32,
-    channel: usize,
-    sums: &ChannelSums,
-) -> Option<Harmonics> {
+pub fn solve_channel(drive: &Drive, late_scans: f64, sums: &ChannelSums) -> Option<Harmonics> {
     let mut replay = Replay::new(*drive).ok()?;
     replay.advance(drive.blocks);
-    Some(Solver::new(&replay)?.solve_channel(rate_hz, channel, sums))
+    Some(Solver::new(&replay)?.solve_channel(late_scans, sums))
 }
 
 /// Solves the channels of one drive.
@@ -126,8 +121,7 @@ impl<'a> Solver<'a> {
 
     /// The same with the phases at the trigger of the first scan, see [`solve_channel`].
     #[must_use]
-    pub fn solve_channel(&self, rate_hz: u32, channel: usize, sums: &ChannelSums) -> Harmonics {
-        let late_scans = instant_s(channel) * f64::from(rate_hz);
+    pub fn solve_channel(&self, late_scans: f64, sums: &ChannelSums) -> Harmonics {
         let early_rad = self.replay.drive().omega() * late_scans;
         self.solve(sums).sampled_earlier(early_rad)
     }

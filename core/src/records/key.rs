@@ -8,15 +8,26 @@
 //! higher counter counts, and the page of the old one is erased afterwards. Counter and time are those of the entry
 //! that the key has in the [`super::log`].
 
+use core::fmt;
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::NorFlash;
+use serde::{Deserialize, Serialize};
 
 use crate::checksum::checksum;
-use crate::wire::change::Key;
 
 const RECORD: usize = 56;
 const CHECKED: usize = 48;
+
+/// The secret that the board and the key holder share.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Key(pub [u8; 32]);
+
+impl fmt::Debug for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Key(secret)")
+    }
+}
 
 /// A key, and when it came.
 #[derive(Debug, Clone, PartialEq, Eq)]

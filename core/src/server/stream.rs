@@ -1,20 +1,20 @@
 //! The stream: blocks of the sample path and poses of the board, as far as the host wants them.
 //!
-//! Blocks leave the queue whether they are sent or not: the pose needs the jacks of each.
+//! Blocks leave the queue whether they are sent or not, because the pose needs the jacks of each.
 
-use hexsense_core::channel::JACKS;
-use hexsense_core::live_pose::JackBlock;
-use hexsense_core::sampling::add_up;
-use hexsense_core::wire::telemetry::Header;
-use hexsense_core::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
+use crate::channel::JACKS;
+use crate::live_pose::JackBlock;
+use crate::sample_path::Progress;
+use crate::sample_path::queue::Piece;
+use crate::sampling::add_up;
+use crate::wire::telemetry::Header;
+use crate::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
 
-use super::path::{self, Progress};
-use super::queue::Piece;
-use super::tallies::sendable;
+use super::{Board, sendable};
 
 /// What the host wants, and how far the stream has come.
 #[derive(Default)]
-pub struct Telemetry {
+pub struct Stream {
     /// What the host wants.
     pub content: StreamContent,
     /// Jacks of a block of which a piece is still to be sent.
@@ -22,17 +22,17 @@ pub struct Telemetry {
     sequence: u16,
 }
 
-impl Telemetry {
-    /// Takes the next piece of the queue: the length of the frame to send when the host wants blocks, and the jacks of the
-    /// piece's last block when it wants poses.
-    pub fn block(&mut self, out: &mut [u8]) -> (Option<usize>, Option<JackBlock>) {
+impl Stream {
+    /// Takes the next piece of the queue. Returns the length of the frame to send when the host wants blocks, and gives
+    /// the board the jacks of the last block of the piece when the host wants poses.
+    pub fn block(&mut self, board: &mut impl Board, out: &mut [u8]) -> Option<usize> {
         let content = self.content;
         let mut jacks = None;
         let sequence = content.has_blocks().then(|| self.next_sequence());
         let begun = &mut self.begun;
         let length = if let Some(sequence) = sequence {
             let piece = |payload: &mut [u8]| {
-                path::with(|path| {
+                board.path(|path| {
                     let piece = path.queue.front()?;
                     jacks = jacks_of(&piece, begun);
                     let header = header(&piece, &path.progress, content);
@@ -41,23 +41,33 @@ impl Telemetry {
                     length
                 })
             };
-            sendable(frame::encode(Kind::Block, sequence, out, piece))
+            let encoded = frame::encode(Kind::Block, sequence, out, piece);
+            sendable(board, encoded)
         } else {
-            path::with(|path| {
+            board.path(|path| {
                 jacks = path.queue.front().and_then(|piece| jacks_of(&piece, begun));
                 path.queue.pop();
             });
             None
         };
-        (length, jacks.filter(|_| content.pose))
+        if let Some(jacks) = jacks.filter(|_| content.pose) {
+            board.find_pose(jacks);
+        }
+        length
     }
 
     /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
-    pub fn pose(&mut self, report: &PoseReport, out: &mut [u8]) -> Option<usize> {
+    pub fn pose(
+        &mut self,
+        board: &mut impl Board,
+        report: &PoseReport,
+        out: &mut [u8],
+    ) -> Option<usize> {
         if !self.content.pose {
             return None;
         }
-        sendable(pose::encode(report, self.next_sequence(), out))
+        let encoded = pose::encode(report, self.next_sequence(), out);
+        sendable(board, encoded)
     }
 
     fn next_sequence(&mut self) -> u16 {

@@ -9,7 +9,7 @@
 //! The functions are micromath's, fast and coarse (an arctangent is off by up to 3 mrad). Nothing that is stored,
 //! estimated or reported as a measurement is computed here.
 
-use hexsense_core::sampling::Values;
+use crate::sampling::Values;
 use micromath::F32Ext;
 
 /// Sums of ax, ay and az over a block's calibrated values.
@@ -19,5 +19,7 @@ pub fn sums(values: &[Values]) -> [f32; 3] {
 
 /// Roll and pitch, rad, from a block's [`sums`]; wrong while the base accelerates.
 pub fn tilt([ax, ay, az]: [f32; 3]) -> [f32; 2] {
-    [(-az).atan2(ay), ax.atan2((ay * ay + az * az).sqrt())]
+    // By the trait's name: where the standard library is linked, its exact functions have the same names.
+    let radial = F32Ext::sqrt(ay * ay + az * az);
+    [F32Ext::atan2(-az, ay), F32Ext::atan2(ax, radial)]
 }

@@ -3,10 +3,10 @@
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::Storage;
-use crate::records::key::StoredKey;
+use crate::records::key::{Key, StoredKey};
 use crate::records::log::{Entry, LogError, Reason};
 use crate::records::{SetId, Stored};
-use crate::wire::change::{Act, Change, Key, Tag};
+use crate::wire::change::{Act, Change, Tag};
 use crate::wire::{Refusal, Response};
 
 impl<F: NorFlash> Storage<F> {

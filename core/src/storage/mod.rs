@@ -21,12 +21,11 @@ mod changes;
 mod start;
 mod upload;
 
-use core::ops::Range;
-
 use embedded_storage_async::nor_flash::NorFlash;
 
 use self::upload::Upload;
 use crate::authority::Authority;
+use crate::facts::FlashLayout;
 use crate::records::key::{KeyPages, StoredKey};
 use crate::records::log::{End, Entry, Log, Reason};
 use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
@@ -34,20 +33,12 @@ use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
-/// Page of the flash, bytes.
-const PAGE: u32 = 2_048;
-/// Where the sets are: eight pages, so that 10,000 erasures of a page last for 70,000 uploads.
-pub const ARCHIVE: u32 = 0;
-/// Where the two pages of the key begin.
-pub const KEY: u32 = 8 * PAGE;
-/// Where the log is: the rest of a bank of 128 pages, 6041 entries.
-pub const LOG: Range<u32> = 10 * PAGE..128 * PAGE;
 /// How long an upload may take from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
 
 /// What a host may ask about coefficients.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Command {
+pub enum StorageCommand {
     /// Which set is active?
     ActiveSet,
     /// Bytes of the active set from this offset on.
@@ -81,6 +72,7 @@ pub struct Active {
 /// The storage; owns the flash.
 pub struct Storage<F: NorFlash> {
     flash: F,
+    layout: FlashLayout,
     board: [u8; 12],
     end: End,
     /// Entry of a change that was made and is not logged: the power went in between, or the flash failed.
@@ -94,10 +86,11 @@ pub struct Storage<F: NorFlash> {
 }
 
 impl<F: NorFlash> Storage<F> {
-    /// A storage of the flash of the board with this unique id; [`Self::load`] comes next.
-    pub fn new(flash: F, board: [u8; 12]) -> Self {
+    /// The storage of the board with this unique id in `flash`, divided by `layout`; [`Self::load`] comes next.
+    pub fn new(flash: F, layout: FlashLayout, board: [u8; 12]) -> Self {
         Self {
             flash,
+            layout,
             board,
             end: End::default(),
             unlogged: None,
@@ -127,18 +120,18 @@ impl<F: NorFlash> Storage<F> {
     /// A [`Refusal`], which says what is wrong.
     pub async fn carry_out(
         &mut self,
-        command: Command,
+        command: StorageCommand,
         now_ms: u64,
         random: impl AsyncFnOnce(&mut Challenge) -> bool,
     ) -> Result<Response, Refusal> {
         match command {
-            Command::ActiveSet => Ok(Response::ActiveSet(
+            StorageCommand::ActiveSet => Ok(Response::ActiveSet(
                 self.active.as_ref().map(|active| active.set),
             )),
-            Command::Read(offset) => self.read(offset),
-            Command::History(age) => self.history(age).await,
-            Command::Log(counter) => self.entries(counter).await,
-            Command::Challenge => {
+            StorageCommand::Read(offset) => self.read(offset),
+            StorageCommand::History(age) => self.history(age).await,
+            StorageCommand::Log(counter) => self.entries(counter).await,
+            StorageCommand::Challenge => {
                 let mut challenge = [0; 16];
                 if !random(&mut challenge).await {
                     return Err(Refusal::Random);
@@ -146,10 +139,10 @@ impl<F: NorFlash> Storage<F> {
                 self.authority.open(challenge, now_ms);
                 Ok(Response::Challenge(challenge))
             }
-            Command::Change(change, tag) => self.change(&change, &tag, now_ms).await,
-            Command::Chunk(offset, bytes) => self.chunk(offset, &bytes, now_ms),
-            Command::Commit => self.commit(now_ms).await,
-            Command::Abort => {
+            StorageCommand::Change(change, tag) => self.change(&change, &tag, now_ms).await,
+            StorageCommand::Chunk(offset, bytes) => self.chunk(offset, &bytes, now_ms),
+            StorageCommand::Commit => self.commit(now_ms).await,
+            StorageCommand::Abort => {
                 self.upload = None;
                 Ok(Response::Done)
             }
@@ -237,15 +230,15 @@ impl<F: NorFlash> Storage<F> {
     }
 
     fn archive(&mut self) -> Archive<&mut F> {
-        Archive::new(&mut self.flash, ARCHIVE)
+        Archive::new(&mut self.flash, FlashLayout::ARCHIVE)
     }
 
     fn keys(&mut self) -> KeyPages<&mut F> {
-        KeyPages::new(&mut self.flash, KEY)
+        KeyPages::new(&mut self.flash, self.layout.key())
     }
 
     fn log(&mut self) -> Log<&mut F> {
-        Log::new(&mut self.flash, LOG)
+        Log::new(&mut self.flash, self.layout.log())
     }
 }
 

@@ -4,7 +4,8 @@
 use embedded_storage_async::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
 
-use super::{ARCHIVE, Storage, UPLOAD_MS, refusal};
+use super::{Storage, UPLOAD_MS, refusal};
+use crate::facts::FlashLayout;
 use crate::records::log::Reason;
 use crate::records::{Archive, CoefficientSet, MAX_ENCODED};
 use crate::wire::{Refusal, Response};
@@ -102,7 +103,7 @@ impl<F: NorFlash> Storage<F> {
         let entry = self.entry(Reason::Upload, Some(id), unix_s);
         let slot = self.active.as_ref().map(|active| active.slot);
         let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
-        let mut archive = Archive::new(&mut self.flash, ARCHIVE);
+        let mut archive = Archive::new(&mut self.flash, FlashLayout::ARCHIVE);
         let stored = archive.append(&entry, &upload.bytes, slot).await;
         let stored = stored.map_err(refusal)?;
         let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;

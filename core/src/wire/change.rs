@@ -12,26 +12,15 @@
 //! The tag binds a change to this board and this moment: what was recorded on the line is worth nothing later, and
 //! nothing elsewhere. An upload is bound by the digest of the whole set, so its pieces need no tags of their own.
 
-use core::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use crate::records::SetId;
+pub use crate::records::key::Key;
 
 /// Random bytes that a tag answers.
 pub type Challenge = [u8; 16];
 /// HMAC-SHA256 over challenge, board and change.
 pub type Tag = [u8; 32];
-
-/// The secret that the board and the key holder share.
-#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Key(pub [u8; 32]);
-
-impl fmt::Debug for Key {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Key(secret)")
-    }
-}
 
 /// One change, with the time that the board's log shall have of it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,6 +10,8 @@
 
 use super::frame::{self, FrameError, Kind};
 
+/// Speed of the serial line at which a board is greeted, bit/s: a host must know it before it knows the board.
+pub const BAUD: u32 = 2_000_000;
 const MAGIC: &[u8; 8] = b"hexsense";
 const LENGTH: usize = 13;
 

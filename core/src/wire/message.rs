@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::harmonics::{ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty};
+use crate::facts::BoardFacts;
+use crate::harmonics::{
+    AnalyserState, ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty,
+};
 use crate::live_motion::Motion;
 use crate::records::SetId;
 use crate::records::log::Entry;
@@ -29,11 +32,11 @@ pub enum Request {
     Status,
     /// Start, change or stop the stream of blocks and poses → [`Response::Done`].
     Stream(StreamContent),
-    /// Set the scan rate, Hz; one of [`crate::sampling::RATES_HZ`]. As with [`Request::Block`], the analysers stop and
+    /// Set the scan rate, Hz; one of [`BoardFacts::rates_hz`]. As with [`Request::Block`], the analysers stop and
     /// the scan counter goes on → [`Response::Done`].
     Rate(u32),
-    /// Take so many scans at a time. The converters start anew and the analysers stop; the scan counter goes on, with
-    /// the scans that fell into the pause counted as lost → [`Response::Done`].
+    /// Set the number of scans in a block. The converters restart and the analysers stop; the scan counter goes on and
+    /// counts the scans of the pause as lost → [`Response::Done`].
     Block(BlockSize),
     /// Estimate at this drive frequency from the next block on; the other analysers and the stream go on →
     /// [`Response::Done`].
@@ -59,23 +62,23 @@ pub enum Request {
     },
     /// One of the kept sets → [`Response::Kept`].
     History {
-        /// How many places older than the newest it is.
+        /// How many places older it is than the newest.
         age: u8,
     },
     /// Entries of the log of changes → [`Response::Log`].
     Log {
-        /// Counter of the first that is wanted; the first there is has 1.
+        /// Counter of the first entry that is wanted; the oldest entry has 1.
         counter: u32,
     },
     /// Random bytes for the tag of a change → [`Response::Challenge`].
     Challenge,
-    /// A change of what the board keeps, see [`super::change`]. An upload under way is forgotten → [`Response::Done`]
-    /// for an upload, whose pieces may then come, and for a key; [`Response::Committed`] for a rollback;
+    /// A change of what the board keeps, see [`super::change`]. It ends an upload under way → [`Response::Done`] for an
+    /// upload, whose pieces may then come, and for a key; [`Response::Committed`] for a rollback;
     /// [`Response::Erased`] for a factory reset.
     Change {
         /// What to do.
         change: Change,
-        /// Proof that it comes from somebody with the key.
+        /// Proof that the change comes from the key holder.
         tag: Tag,
     },
     /// The next piece of the set → [`Response::Done`].
@@ -90,14 +93,14 @@ pub enum Request {
     /// Forget the upload under way → [`Response::Done`].
     UploadAbort,
     /// Harmonics of one channel from the complete sums of one analyser, solved by the board → [`Response::Harmonics`].
-    /// [`Refusal::Busy`] while a long window is gone through: ask again, the board has gone on by then.
+    /// [`Refusal::Busy`] while the board works through a long window: ask again.
     Harmonics {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
         /// Index of the channel in a scan, 0 to 14.
         channel: u8,
     },
-    /// How the base moved at the drive frequency of one analyser, and what each sensor showed of it →
+    /// Motion of the base at the drive frequency of one analyser, and each sensor's signal of it →
     /// [`Response::Motion`]; refused without an active set, otherwise as [`Request::Harmonics`].
     Motion {
         /// Index of the analyser, 0 to 2.
@@ -122,19 +125,6 @@ impl StreamContent {
     pub const fn has_blocks(&self) -> bool {
         self.counts || self.values
     }
-}
-
-/// How far the harmonic sums have come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum AnalyserState {
-    /// No drive was set.
-    Idle,
-    /// Transients are passing.
-    Settling,
-    /// Sums are growing.
-    Summing,
-    /// The sums are complete and stay.
-    Complete,
 }
 
 /// Answers.
@@ -174,20 +164,20 @@ pub enum Response {
     },
     /// The set is stored, read back and active.
     Committed(ActiveSet),
-    /// A kept set; `None` when there is no such old one.
+    /// A kept set; `None` when the board keeps no set of that age.
     Kept(Option<Kept>),
     /// Entries of the log, in the order of their counters.
     Log {
         /// Counter of the last entry there is, zero when there is none.
         last: u32,
-        /// Those asked for, as many as fit.
+        /// The entries asked for, as many as fit.
         entries: heapless::Vec<Entry, LOG_ENTRIES>,
     },
-    /// Answer it within ten seconds.
+    /// Random bytes; a change must answer them within ten seconds.
     Challenge(Challenge),
     /// The sets are erased.
     Erased {
-        /// How many they were.
+        /// How many sets were erased.
         sets: u8,
     },
     /// Harmonics of one channel.
@@ -221,9 +211,9 @@ pub struct ChannelHarmonics {
     pub amplitude: [f64; HARMONICS],
     /// Phase φ of amplitude·cos(kθ − φ), rad.
     pub phase: [f64; HARMONICS],
-    /// Root mean square of what the fit leaves of the block means, counts.
+    /// Root mean square of the residuals of the block means, counts.
     pub residual_rms: f64,
-    /// Total harmonic distortion, a part of the first amplitude.
+    /// Total harmonic distortion, as a fraction of the first amplitude.
     pub distortion: f64,
     /// Standard uncertainties.
     pub uncertainty: Uncertainty,
@@ -270,7 +260,7 @@ pub struct ActiveSet {
 }
 
 /// Who the board is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Unique id of the microcontroller.
     pub board: [u8; 12],
@@ -278,6 +268,8 @@ pub struct Identity {
     pub hardware: heapless::String<32>,
     /// Why the board last started.
     pub reset: ResetCause,
+    /// The numbers of this kind of board.
+    pub facts: BoardFacts,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

@@ -16,7 +16,7 @@
 //! | block | board → host | [`telemetry`] |
 //! | pose | board → host | postcard of [`pose::PoseReport`] |
 //!
-//! Anything but hello and greeting may change; then [`VERSION`] must.
+//! Everything but hello and greeting may change; a change raises [`VERSION`].
 
 pub mod change;
 pub mod frame;
@@ -27,14 +27,12 @@ pub mod refusal;
 pub mod status;
 pub mod telemetry;
 
-pub use crate::harmonics::Drive;
+pub use crate::harmonics::{AnalyserState, Drive};
 pub use frame::{Frame, FrameError, Kind, MAX_FRAME, MAX_PAYLOAD};
-pub use message::{AnalyserState, Identity, Request, Response, StreamContent};
+pub use message::{Identity, Request, Response, StreamContent};
 pub use pose::{BoardPose, PoseRefusal, PoseReport};
 pub use refusal::Refusal;
 pub use status::Status;
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 4;
-/// Speed of the serial line, bit/s. A block of raw counts and values at 1 kHz takes a third of it.
-pub const BAUD: u32 = 2_000_000;
+pub const VERSION: u16 = 5;

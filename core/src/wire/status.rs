@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::message::AnalyserState;
-use crate::harmonics::ANALYSERS;
+use crate::harmonics::{ANALYSERS, AnalyserState};
 use crate::sampling::BlockSize;
 
 /// Why the board last started.

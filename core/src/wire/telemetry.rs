@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{self, FrameError, Kind};
 use super::message::StreamContent;
-use super::{BAUD, pose};
+use super::pose;
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
 use crate::records::SetId;
 use crate::sampling::{BlockSize, Values};
@@ -77,23 +77,25 @@ pub struct Block {
     pub values: Option<heapless::Vec<Values, MAX_SCANS>>,
 }
 
-/// The part of the line that telemetry may use, bit/s: the rest is for answers.
-pub const MAX_BITS_PER_S: u32 = BAUD / 5 * 4;
-
 /// Readings of the supply in a second at most: so often a frame may end early.
 pub const SUPPLY_HZ: u32 = 10;
 /// Sizes of frames, scans. Each is a multiple of every smaller block.
 const FRAMES: [usize; 4] = [1, 4, 8, MAX_SCANS];
 
-/// Scans that a frame of this stream gathers: those of one block where the line carries that, otherwise as few as it
-/// carries, and at most [`MAX_SCANS`].
+/// Scans that a frame of this stream gathers: those of one block where `max_bits_per_s` of the line carry that, otherwise
+/// as few as they carry, and at most [`MAX_SCANS`].
 #[must_use]
-pub const fn scans_of_frame(content: StreamContent, rate_hz: u32, block: BlockSize) -> usize {
+pub const fn scans_of_frame(
+    content: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
+    max_bits_per_s: u32,
+) -> usize {
     let mut index = 0;
     while index < FRAMES.len() {
         let scans = FRAMES[index];
         if scans >= block.scans()
-            && bits_in_frames(content, rate_hz, block, scans) <= MAX_BITS_PER_S
+            && bits_in_frames(content, rate_hz, block, scans) <= max_bits_per_s
         {
             return scans;
         }
@@ -102,10 +104,16 @@ pub const fn scans_of_frame(content: StreamContent, rate_hz: u32, block: BlockSi
     MAX_SCANS
 }
 
-/// Line capacity that a stream needs, bit/s of 10-bit characters, all overheads included.
+/// Line capacity that a stream needs where telemetry may use `max_bits_per_s`: bit/s of 10-bit characters, all overheads
+/// included.
 #[must_use]
-pub const fn bits_per_second(content: StreamContent, rate_hz: u32, block: BlockSize) -> u32 {
-    let scans = scans_of_frame(content, rate_hz, block);
+pub const fn bits_per_second(
+    content: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
+    max_bits_per_s: u32,
+) -> u32 {
+    let scans = scans_of_frame(content, rate_hz, block, max_bits_per_s);
     bits_in_frames(content, rate_hz, block, scans)
 }
 

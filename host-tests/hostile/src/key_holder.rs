@@ -6,13 +6,13 @@ use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use hexsense_core::authority::tag;
 use hexsense_core::records::{CoefficientSet, Entry, SetId};
-use hexsense_core::storage::{Command, Storage};
+use hexsense_core::storage::{Storage, StorageCommand};
 use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
 use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
 use sha2::{Digest, Sha256};
 
-use crate::nor_flash::{Fault, Nor};
+use crate::nor_flash::{Fault, Nor, layout};
 use crate::sets::BOARD;
 
 /// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
@@ -73,7 +73,7 @@ pub struct KeyHolder<F: NorFlash> {
 impl<F: NorFlash> KeyHolder<F> {
     /// Starts a board with this flash, and says how the start went.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
-        let mut storage = Storage::new(flash, BOARD);
+        let mut storage = Storage::new(flash, layout(PAGES), BOARD);
         let started = block_on(async {
             storage.load().await?;
             storage.complete().await
@@ -87,7 +87,7 @@ impl<F: NorFlash> KeyHolder<F> {
     }
 
     /// The answer to a command.
-    pub fn ask(&mut self, command: Command) -> Result<Response, Refusal> {
+    pub fn ask(&mut self, command: StorageCommand) -> Result<Response, Refusal> {
         self.challenges += 1;
         let mut random = [0xA5; 16];
         random[..8].copy_from_slice(&self.challenges.to_le_bytes());
@@ -103,7 +103,7 @@ impl<F: NorFlash> KeyHolder<F> {
     /// # Panics
     /// When there is none.
     pub fn challenge(&mut self) -> Challenge {
-        match self.ask(Command::Challenge) {
+        match self.ask(StorageCommand::Challenge) {
             Ok(Response::Challenge(challenge)) => challenge,
             other => panic!("no challenge: {other:?}"),
         }
@@ -113,16 +113,16 @@ impl<F: NorFlash> KeyHolder<F> {
     pub fn change(&mut self, key: &Key, act: Act) -> Result<Response, Refusal> {
         let challenge = self.challenge();
         let (change, tag) = signed(key, &challenge, act);
-        self.ask(Command::Change(change, tag))
+        self.ask(StorageCommand::Change(change, tag))
     }
 
     /// Sends all pieces of a set whose upload has begun, and commits it.
     pub fn send(&mut self, bytes: &[u8]) -> Result<Response, Refusal> {
         for (index, piece) in bytes.chunks(CHUNK).enumerate() {
             let piece = piece.iter().copied().collect::<Chunk>();
-            self.ask(Command::Chunk((index * CHUNK) as u16, piece))?;
+            self.ask(StorageCommand::Chunk((index * CHUNK) as u16, piece))?;
         }
-        self.ask(Command::Commit)
+        self.ask(StorageCommand::Commit)
     }
 
     /// Uploads a set with this key.
@@ -145,7 +145,7 @@ impl<F: NorFlash> KeyHolder<F> {
         let mut log: Vec<Entry> = Vec::new();
         loop {
             let counter = log.last().map_or(1, |last| last.counter + 1);
-            match self.ask(Command::Log(counter)) {
+            match self.ask(StorageCommand::Log(counter)) {
                 Ok(Response::Log { entries, .. }) if entries.is_empty() => return log,
                 Ok(Response::Log { entries, .. }) => log.extend(entries),
                 other => panic!("no log: {other:?}"),

@@ -7,6 +7,7 @@
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use hexsense_core::facts::FlashLayout;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,6 +15,15 @@ use rand_chacha::ChaCha8Rng;
 pub const WORD: usize = 8;
 /// Bytes that are erased at once.
 pub const PAGE: usize = 2_048;
+
+/// The layout of a memory of so many pages.
+#[must_use]
+pub const fn layout(pages: usize) -> FlashLayout {
+    FlashLayout {
+        page_bytes: PAGE as u32,
+        pages: pages as u32,
+    }
+}
 const ERASED: u8 = 0xFF;
 
 /// What the operation leaves that was under way when the power went.

@@ -9,19 +9,19 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use hexsense_core::channel::CHANNELS;
+use hexsense_core::facts::FlashLayout;
 use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::records::key::{KeyPages, StoredKey};
 use hexsense_core::records::log::{End, Log, Reason};
 use hexsense_core::records::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
 use hexsense_core::sampling::Calibrator;
-use hexsense_core::storage::{ARCHIVE, KEY};
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::{Refusal, Response};
 
 use crate::bases::{BASES, CONTENTS, GOOD};
 use crate::input::Input;
 use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
-use crate::nor_flash::{Nor, PAGE};
+use crate::nor_flash::{Nor, PAGE, layout};
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Most changes of flash in an attack.
@@ -110,7 +110,7 @@ fn flash(input: &mut Input) {
                     unix_s: 0,
                     key: input.pick(&[&KEYS[0], &KEYS[1]]).clone(),
                 };
-                let _ = block_on(KeyPages::new(Shared(&nor), KEY).store(&key));
+                let _ = block_on(KeyPages::new(Shared(&nor), layout(PAGES).key()).store(&key));
             }
             3 => {
                 let content = &CONTENTS[usize::from(input.byte()) % GOOD];
@@ -122,7 +122,7 @@ fn flash(input: &mut Input) {
                     ..entry(input)
                 };
                 let slot = input.byte() % 8;
-                let mut archive = Archive::new(Shared(&nor), ARCHIVE);
+                let mut archive = Archive::new(Shared(&nor), FlashLayout::ARCHIVE);
                 let _ = block_on(archive.append(&entry, content, Some(slot)));
             }
             _ => {
@@ -138,7 +138,7 @@ fn flash(input: &mut Input) {
 /// Entries in the logs of the bases.
 const LOGGED: [u32; 4] = [0, 1, 2, 4];
 /// The log in a memory of so many pages.
-const LOG_OF_NOR: std::ops::Range<u32> = hexsense_core::storage::LOG.start..(PAGES * PAGE) as u32;
+const LOG_OF_NOR: std::ops::Range<u32> = layout(PAGES).log();
 
 /// Overwrites some bytes, as no flash could; whether the log is as before.
 fn raw(nor: &RefCell<Nor>, input: &mut Input) -> bool {
@@ -187,7 +187,7 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
         assert_eq!(key_holder.active(), active, "a second start finds the same");
     }
     assert!(!is_sound || second.is_ok(), "{second:?}");
-    let key = block_on(KeyPages::new(Shared(nor), KEY).load());
+    let key = block_on(KeyPages::new(Shared(nor), layout(PAGES).key()).load());
     let key: Key = key.ok().flatten().map_or(KEYS[0].clone(), |kept| kept.key);
     let uploaded = work(&mut key_holder, &key, is_provisioned);
     if !is_sound {

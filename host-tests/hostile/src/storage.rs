@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use hexsense_core::authority::MAX_WAIT_MS;
 use hexsense_core::records::log::Reason;
 use hexsense_core::records::{Entry, SetId};
-use hexsense_core::storage::Command;
+use hexsense_core::storage::StorageCommand;
 use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
 use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
@@ -97,10 +97,13 @@ impl<'f> Attack<'f> {
             5 => {
                 let (offset, length) = (input.short(), input.byte());
                 let bytes = input.bytes(usize::from(length).min(CHUNK));
-                self.ask(Command::Chunk(offset, bytes.iter().copied().collect()));
+                self.ask(StorageCommand::Chunk(
+                    offset,
+                    bytes.iter().copied().collect(),
+                ));
             }
             6 => self.commit(),
-            7 => self.ask(Command::Abort),
+            7 => self.ask(StorageCommand::Abort),
             8 => self.whole_upload(usize::from(input.byte())),
             9 => self.question(input),
             10 => {
@@ -139,10 +142,10 @@ impl<'f> Attack<'f> {
     /// A question, which changes nothing.
     fn question(&mut self, input: &mut Input) {
         let command = match input.byte() % 4 {
-            0 => Command::ActiveSet,
-            1 => Command::Read(input.short()),
-            2 => Command::History(input.byte()),
-            _ => Command::Log(u32::from_le_bytes(input.array())),
+            0 => StorageCommand::ActiveSet,
+            1 => StorageCommand::Read(input.short()),
+            2 => StorageCommand::History(input.byte()),
+            _ => StorageCommand::Log(u32::from_le_bytes(input.array())),
         };
         let operations = self.nor.borrow().operations;
         self.ask(command);
@@ -150,7 +153,7 @@ impl<'f> Attack<'f> {
     }
 
     /// A command that leaves the active set as it is.
-    fn ask(&mut self, command: Command) {
+    fn ask(&mut self, command: StorageCommand) {
         let _ = self.key_holder.ask(command);
         assert!(self.active.contains(&self.key_holder.active()));
     }
@@ -175,7 +178,9 @@ impl<'f> Attack<'f> {
             })
         });
         let before = (self.nor.borrow().operations, self.nor.borrow().is_powered());
-        let answer = self.key_holder.ask(Command::Change(change.clone(), tag));
+        let answer = self
+            .key_holder
+            .ask(StorageCommand::Change(change.clone(), tag));
         if !entitled {
             assert!(answer.is_err(), "{change:?} without the key");
             assert_eq!(self.nor.borrow().operations, before.0, "{change:?}");
@@ -223,12 +228,12 @@ impl<'f> Attack<'f> {
         let rest = CONTENTS[content].get(offset..).unwrap_or_default();
         let piece: Chunk = rest.iter().copied().take(CHUNK).collect();
         self.sent.1 += piece.len();
-        self.ask(Command::Chunk(offset as u16, piece));
+        self.ask(StorageCommand::Chunk(offset as u16, piece));
     }
 
     fn commit(&mut self) {
         let before = (self.nor.borrow().operations, self.nor.borrow().is_powered());
-        let answer = self.key_holder.ask(Command::Commit);
+        let answer = self.key_holder.ask(StorageCommand::Commit);
         let upload = self.upload.take();
         if answer.is_ok() {
             let good = upload

@@ -1,12 +1,10 @@
-//! What the firmware does, by its sources, and the noise that the twin's data sheets promise.
+//! What the firmware does, and the noise that the twin's data sheets promise.
 
-use hexsense_core::channel::{COUNTS_AT_SUPPLY, INERTIAL};
-use hexsense_core::sampling::{NOMINAL_SUPPLY_V, RATES_HZ};
+use hexsense::FACTS;
+use hexsense_core::channel::INERTIAL;
 use twin::sheet;
 
-use crate::page::{TIMING, between, number};
-
-/// What the firmware does, from its sources.
+/// The settings of the firmware.
 pub struct Board {
     pub core_hz: f64,
     pub adc_hz: f64,
@@ -17,15 +15,14 @@ pub struct Board {
 }
 
 impl Board {
-    pub fn read() -> Self {
-        let core_hz = number(between(TIMING, "pub const CORE_HZ: u32 =", ';'));
+    pub fn new() -> Self {
         Self {
-            core_hz,
-            adc_hz: core_hz / number(between(TIMING, "pub const ADC_HZ: u32 = CORE_HZ /", ';')),
-            ratio: number(between(TIMING, "pub const OVERSAMPLING: u32 =", ';')),
-            sampling_cycles: number(&between(TIMING, "SampleTime::CYCLES", ';').replace('_', ".")),
-            conversion_cycles: number(between(TIMING, "pub const CONVERSION_CYCLES: u32 =", ';')),
-            trigger_prescaler: number(between(TIMING, "pub const TRIGGER_PRESCALER: u32 =", ';')),
+            core_hz: hexsense::CORE_HZ.into(),
+            adc_hz: hexsense::ADC_HZ.into(),
+            ratio: hexsense::OVERSAMPLING.into(),
+            sampling_cycles: f64::from(hexsense::SAMPLING_HALF_CYCLES) / 2.0,
+            conversion_cycles: hexsense::CONVERSION_CYCLES.into(),
+            trigger_prescaler: hexsense::TRIGGER_PRESCALER.into(),
         }
     }
 
@@ -36,7 +33,7 @@ impl Board {
 
     /// Whether nine ranks leave 5 % of the shortest period.
     pub fn fits(&self, ratio: f64, sampling_cycles: f64) -> bool {
-        self.scan_us(ratio, sampling_cycles) < 0.95 * 1e6 / f64::from(RATES_HZ[2])
+        self.scan_us(ratio, sampling_cycles) < 0.95 * 1e6 / f64::from(FACTS.rates_hz[2])
     }
 
     /// Frequency of single conversions, Hz.
@@ -61,7 +58,7 @@ pub fn bits(noise_lsb: f64) -> f64 {
 
 /// Noise of one count, counts rms.
 pub fn count_noise() -> f64 {
-    conversion_noise() * Board::read().ratio.sqrt()
+    conversion_noise() * Board::new().ratio.sqrt()
 }
 
 /// One-sided density of the converter's noise, counts/√Hz.
@@ -70,7 +67,7 @@ pub fn converter_density(rate_hz: f64) -> f64 {
 }
 
 pub fn counts_per_volt() -> f64 {
-    f64::from(COUNTS_AT_SUPPLY) / f64::from(NOMINAL_SUPPLY_V)
+    f64::from(FACTS.counts_at_supply) / f64::from(FACTS.nominal_supply_v)
 }
 
 /// Density of a sensor's noise, counts/√Hz.

@@ -1,8 +1,5 @@
-//! The tables of the page, and the sources of the firmware, as text.
+//! The tables of the page.
 
-pub const TIMING: &str = include_str!("../../../src/chip/timing.rs");
-pub const CLOCK: &str = include_str!("../../../src/chip/clock.rs");
-pub const SUPPLY: &str = include_str!("../../../src/sampling/supply.rs");
 pub const README: &str = include_str!("../../../README.md");
 const PAGE: &str = include_str!("../../../docs/acquisition.md");
 
@@ -27,13 +24,6 @@ pub fn data_sheet(name: &str) -> f64 {
         .replace(' ', "")
         .parse()
         .expect("a number")
-}
-
-/// What stands between `before` and the next of `after` in a source file.
-pub fn between<'a>(source: &'a str, before: &str, after: char) -> &'a str {
-    let start = source.find(before).unwrap_or_else(|| panic!("no {before}"));
-    let rest = &source[start + before.len()..];
-    rest[..rest.find(after).expect("an end")].trim()
 }
 
 pub fn number(text: &str) -> f64 {

@@ -1,8 +1,8 @@
 //! Tables 6 to 10: noise, sensors, filters, the capacitor at the pin, interferers.
 
+use hexsense::FACTS;
 use std::f64::consts::{PI, TAU};
 
-use hexsense_core::sampling::RATES_HZ;
 use twin::{sheet, vibration};
 
 use crate::board::{
@@ -13,7 +13,7 @@ use crate::page::{agree, data_sheet, number, says, table, three, yes};
 #[test]
 fn noise_and_bits_are_as_stated() {
     let from_snr = |name| full_sine() / 10_f64.powf(data_sheet(name) / 20.0);
-    let count = conversion_noise() / Board::read().ratio.sqrt();
+    let count = conversion_noise() / Board::new().ratio.sqrt();
     let amplitude = |rate_hz: u32| count * (2.0 / (3.0 * f64::from(rate_hz))).sqrt();
     let noises = [
         from_snr("SNR at 25 °C"),
@@ -21,8 +21,8 @@ fn noise_and_bits_are_as_stated() {
         conversion_noise(),
         count,
         count / 4.0,
-        amplitude(RATES_HZ[0]),
-        amplitude(RATES_HZ[2]),
+        amplitude(FACTS.rates_hz[0]),
+        amplitude(FACTS.rates_hz[2]),
     ];
     let names = table(6);
     let rows: Vec<_> = noises
@@ -64,8 +64,8 @@ fn what_each_sensor_adds_is_as_stated() {
                 three(triad.volts_per_unit() * counts_per_volt()),
                 three(density),
                 format!("{narrow} to {wide}"),
-                over(density, RATES_HZ[0]),
-                over(density, RATES_HZ[2]),
+                over(density, FACTS.rates_hz[0]),
+                over(density, FACTS.rates_hz[2]),
             ]
         })
         .collect();
@@ -77,8 +77,8 @@ fn what_each_sensor_adds_is_as_stated() {
         format!("{per_metre:.0}"),
         three(density),
         three(rms),
-        over(density, RATES_HZ[0]),
-        over(density, RATES_HZ[2]),
+        over(density, FACTS.rates_hz[0]),
+        over(density, FACTS.rates_hz[2]),
     ]);
     agree(7, &rows);
 }
@@ -103,12 +103,12 @@ fn sensor_gain(hertz: f64) -> f64 {
 
 #[test]
 fn the_filters_do_what_is_stated() {
-    let board = Board::read();
+    let board = Board::new();
     // The sum turns -0.0 into 0.0.
     let decibel = |gain: f64| format!("{:.1}", (200.0 * gain.log10()).round() / 10.0 + 0.0);
     let row = |name: &str, gain: &dyn Fn(f64) -> f64| {
         let mut row = vec![name.to_string(), format!("{:.0}", 1e6 * (1.0 - gain(5.0)))];
-        let aliases = RATES_HZ.map(|rate| f64::from(rate) - 50.0);
+        let aliases = FACTS.rates_hz.map(|rate| f64::from(rate) - 50.0);
         row.extend(aliases.iter().map(|&hertz| decibel(gain(hertz))));
         row.push(decibel(gain(8e3)));
         row.push(decibel(gain(board.burst_hz())));
@@ -137,7 +137,7 @@ fn the_capacitor_is_judged_as_stated() {
             let kick = 4_096.0 * c_adc / (c_adc + farad);
             // What 1 kΩ needs to bring a full step within 1/4 LSB of 12 bits.
             let settling_us = 1e3 * (farad + c_adc) * 16_384_f64.ln() * 1e6;
-            let sampling_us = Board::read().sampling_cycles / Board::read().adc_hz * 1e6;
+            let sampling_us = Board::new().sampling_cycles / Board::new().adc_hz * 1e6;
             vec![
                 row[0].to_string(),
                 three(1e-3 / (TAU * farad)),

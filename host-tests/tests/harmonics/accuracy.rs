@@ -2,11 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use hexsense::FACTS;
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::harmonics::{
     Analyser, ChannelSums, Drive, Harmonics, Series, increment, largest_block, solve, solve_channel,
 };
-use hexsense_core::sampling::{BlockSize, BlockSums, instant_s};
+use hexsense_core::sampling::{BlockSize, BlockSums};
 use host_tests::accuracy::{cases, measure};
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
@@ -206,10 +207,11 @@ fn one_signal_on_two_ranks_has_one_phase() {
     let drive = drive(50.0, rate_hz, 100.0);
     let on = |channel: usize| {
         let sums = sums(drive, |n| {
-            let at_s = n as f64 / f64::from(rate_hz) + instant_s(channel);
+            let at_s = n as f64 / f64::from(rate_hz) + FACTS.instant_s(channel);
             on_gravity(50.0 * at_s, 0.3).round() as u16
         });
-        let found = solve_channel(&drive, rate_hz, channel, &sums).unwrap();
+        let late_scans = FACTS.instant_s(channel) * f64::from(rate_hz);
+        let found = solve_channel(&drive, late_scans, &sums).unwrap();
         (
             found.first().phase(),
             solve(&drive, &sums).unwrap().first().phase(),

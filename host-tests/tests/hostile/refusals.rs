@@ -2,11 +2,12 @@
 
 use std::cell::RefCell;
 
+use hexsense::FACTS;
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
 use hexsense_core::harmonics::drive::increment;
 use hexsense_core::harmonics::{Drive, DriveError};
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
-use hexsense_core::sampling::{BlockSize, RATES_HZ};
+use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::Act;
 use hexsense_core::wire::message::{CHUNK, Request, decode_request, encode_request};
 use hexsense_core::wire::{MAX_FRAME, Refusal, Response, frame};
@@ -114,7 +115,7 @@ proptest! {
 
     #[test]
     fn no_frequency_that_is_none_or_at_nyquist_or_above_has_an_increment(
-        rate_hz in proptest::sample::select(&RATES_HZ[..]), above in 0.0..1e9_f64,
+        rate_hz in proptest::sample::select(&FACTS.rates_hz[..]), above in 0.0..1e9_f64,
     ) {
         let nyquist = f64::from(rate_hz) / 2.0;
         for hz in [nyquist + above, -above, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -4,7 +4,7 @@ use embassy_futures::block_on;
 use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, tag};
 use hexsense_core::records::SetId;
 use hexsense_core::records::key::{KeyPages, StoredKey};
-use hexsense_core::storage::{Command, UPLOAD_MS};
+use hexsense_core::storage::{StorageCommand, UPLOAD_MS};
 use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, PAGE};
@@ -74,14 +74,14 @@ fn a_change_that_was_heard_changes_nothing_again() {
     let mut nor = Nor::new(PAGES);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
     let (change, tag) = key_holder.signed(&KEY, Act::Rollback(id(1)));
-    let heard = Command::Change(change, tag);
+    let heard = StorageCommand::Change(change, tag);
     assert!(matches!(
         key_holder.ask(heard.clone()),
         Ok(Response::Committed(_))
     ));
     key_holder.upload(2).unwrap();
     assert_eq!(key_holder.ask(heard.clone()), Err(Refusal::NoChallenge));
-    key_holder.ask(Command::Challenge).unwrap();
+    key_holder.ask(StorageCommand::Challenge).unwrap();
     assert_eq!(key_holder.ask(heard), Err(Refusal::WrongTag));
     assert_eq!(key_holder.active(), Some(numbered(2)));
 }
@@ -95,7 +95,7 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
         let (mut change, tag) = key_holder.signed(&KEY, signed.clone());
         change.act = sent.clone();
         assert_eq!(
-            key_holder.ask(Command::Change(change, tag)),
+            key_holder.ask(StorageCommand::Change(change, tag)),
             Err(Refusal::WrongTag)
         );
         key_holder.now_ms += MAX_WAIT_MS;
@@ -103,11 +103,11 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
     let (mut change, tag) = key_holder.signed(&KEY, Act::FactoryReset);
     change.unix_s += 1;
     assert_eq!(
-        key_holder.ask(Command::Change(change, tag)),
+        key_holder.ask(StorageCommand::Change(change, tag)),
         Err(Refusal::WrongTag)
     );
     key_holder.now_ms += MAX_WAIT_MS;
-    let Ok(Response::Challenge(challenge)) = key_holder.ask(Command::Challenge) else {
+    let Ok(Response::Challenge(challenge)) = key_holder.ask(StorageCommand::Challenge) else {
         panic!("no challenge");
     };
     let change = Change {
@@ -116,7 +116,7 @@ fn a_tag_serves_for_no_other_change_board_or_challenge() {
     };
     let elsewhere = hexsense_core::authority::tag(&KEY, &challenge, &[8; 12], &change);
     assert_eq!(
-        key_holder.ask(Command::Change(change, elsewhere)),
+        key_holder.ask(StorageCommand::Change(change, elsewhere)),
         Err(Refusal::WrongTag)
     );
     assert_eq!(key_holder.log().len(), 3);
@@ -129,7 +129,7 @@ fn a_challenge_expires_and_serves_once() {
     for (wait_ms, accepted) in [(CHALLENGE_MS, true), (CHALLENGE_MS + 1, false)] {
         let (change, tag) = key_holder.signed(&KEY, upload_of(&encoded(&numbered(3))));
         key_holder.now_ms += wait_ms;
-        let answer = key_holder.ask(Command::Change(change, tag));
+        let answer = key_holder.ask(StorageCommand::Change(change, tag));
         let expected = if accepted {
             Ok(Response::Done)
         } else {
@@ -238,11 +238,11 @@ fn nothing_that_is_asked_gives_the_key_away() {
     let mut answers = vec![format!("{:?}", key_holder.storage.active())];
     for number in 0..=u8::MAX {
         let commands = [
-            Command::ActiveSet,
-            Command::Read(u16::from(number) * 16),
-            Command::History(number),
-            Command::Log(number.into()),
-            Command::Challenge,
+            StorageCommand::ActiveSet,
+            StorageCommand::Read(u16::from(number) * 16),
+            StorageCommand::History(number),
+            StorageCommand::Log(number.into()),
+            StorageCommand::Challenge,
         ];
         answers.extend(commands.map(|command| format!("{:?}", key_holder.ask(command))));
     }
@@ -261,6 +261,6 @@ proptest! {
         let mut key_holder = KeyHolder::with_sets(&mut nor, 0);
         let (change, mut tag) = key_holder.signed(&KEY, Act::FactoryReset);
         tag[bit / 8] ^= 1 << (bit % 8);
-        prop_assert_eq!(key_holder.ask(Command::Change(change, tag)), Err(Refusal::WrongTag));
+        prop_assert_eq!(key_holder.ask(StorageCommand::Change(change, tag)), Err(Refusal::WrongTag));
     }
 }

@@ -4,13 +4,14 @@ use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
+use hexsense_core::facts::FlashLayout;
 use hexsense_core::records::log::{Log, Reason};
 use hexsense_core::records::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
-use hexsense_core::storage::{ARCHIVE, Command, KEY as KEY_PAGES, LOG, Storage};
+use hexsense_core::storage::{Storage, StorageCommand};
 use hexsense_core::wire::change::Act;
 use hexsense_core::wire::message::Chunk;
 use hexsense_core::wire::{Refusal, Response};
-use host_tests::nor_flash::Nor;
+use host_tests::nor_flash::{Nor, layout};
 use host_tests::sets::{encoded, numbered};
 use hostile::key_holder::Shared;
 
@@ -109,7 +110,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
     assert_eq!(key_holder.send(&bytes), Err(Refusal::OtherBoard));
     key_holder.upload(1).unwrap();
     drop(key_holder);
-    let mut elsewhere = Storage::new(&mut nor, [8; 12]);
+    let mut elsewhere = Storage::new(&mut nor, layout(PAGES), [8; 12]);
     block_on(elsewhere.load()).unwrap();
     assert!(elsewhere.active().is_none());
 }
@@ -129,10 +130,13 @@ fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
     }
     let piece = Chunk::from_slice(&bytes[..100]).unwrap();
     assert_eq!(
-        key_holder.ask(Command::Chunk(0, piece.clone())),
+        key_holder.ask(StorageCommand::Chunk(0, piece.clone())),
         Err(Refusal::NoUpload)
     );
-    assert_eq!(key_holder.ask(Command::Commit), Err(Refusal::NoUpload));
+    assert_eq!(
+        key_holder.ask(StorageCommand::Commit),
+        Err(Refusal::NoUpload)
+    );
     key_holder
         .change(
             &KEY,
@@ -143,16 +147,18 @@ fn lengths_that_lie_and_pieces_out_of_place_are_refused() {
         )
         .unwrap();
     assert_eq!(
-        key_holder.ask(Command::Chunk(1, piece.clone())),
+        key_holder.ask(StorageCommand::Chunk(1, piece.clone())),
         Err(Refusal::OutOfOrder { expected: 0 })
     );
-    key_holder.ask(Command::Chunk(0, piece.clone())).unwrap();
+    key_holder
+        .ask(StorageCommand::Chunk(0, piece.clone()))
+        .unwrap();
     assert_eq!(
-        key_holder.ask(Command::Chunk(100, piece)),
+        key_holder.ask(StorageCommand::Chunk(100, piece)),
         Err(Refusal::OutOfOrder { expected: 100 })
     );
     assert_eq!(
-        key_holder.ask(Command::Commit),
+        key_holder.ask(StorageCommand::Commit),
         Err(Refusal::OutOfOrder { expected: 100 })
     );
     assert_eq!(key_holder.active(), None);
@@ -182,7 +188,7 @@ fn an_upload_that_was_aborted_or_overtaken_is_forgotten() {
     key_holder
         .change(&KEY, upload_of(&encoded(&numbered(2))))
         .unwrap();
-    key_holder.ask(Command::Abort).unwrap();
+    key_holder.ask(StorageCommand::Abort).unwrap();
     assert_eq!(
         key_holder.send(&encoded(&numbered(2))),
         Err(Refusal::NoUpload)
@@ -250,7 +256,7 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
 fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_before_it_is_there() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 1));
-    nor.worn_out = LOG;
+    nor.worn_out = layout(PAGES).log();
     let mut key_holder = KeyHolder::start(&mut nor);
     assert_eq!(key_holder.upload(2), Err(Refusal::Log));
     let made = |key_holder: &mut KeyHolder| (key_holder.active(), key_holder.log().len());
@@ -275,7 +281,7 @@ fn a_change_whose_entry_the_log_does_not_take_is_told_and_no_other_is_made_befor
 fn a_factory_reset_that_erases_nothing_is_told_and_finished_at_the_next_start() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 2));
-    nor.worn_out = ARCHIVE..KEY_PAGES;
+    nor.worn_out = FlashLayout::ARCHIVE..layout(PAGES).key();
     let mut key_holder = KeyHolder::start(&mut nor);
     let reset = key_holder.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
@@ -304,7 +310,7 @@ fn a_set_from_before_a_factory_reset_does_not_take_the_place_of_one_that_is_lost
         .change(&KEY, Act::Provision(KEY))
         .expect("it has no key");
     key_holder.upload(&KEY, &encoded(&numbered(1))).unwrap();
-    nor.borrow_mut().worn_out = ARCHIVE..KEY_PAGES;
+    nor.borrow_mut().worn_out = FlashLayout::ARCHIVE..layout(PAGES).key();
     let reset = key_holder.change(&KEY, Act::FactoryReset);
     assert_eq!(reset, Err(Refusal::Erasure));
     nor.borrow_mut().worn_out = 0..0;
@@ -334,7 +340,7 @@ fn any_change_ends_an_upload_under_way() {
 fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 2));
-    let mut log = Log::new(&mut nor, LOG);
+    let mut log = Log::new(&mut nor, layout(PAGES).log());
     let mut end = block_on(log.end()).unwrap();
     while log.has_room(&end) {
         let entry = Entry {

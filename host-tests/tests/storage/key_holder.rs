@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use hexsense_core::records::{CoefficientSet, SetId};
-use hexsense_core::storage::Command;
+use hexsense_core::storage::StorageCommand;
 use hexsense_core::wire::change::{Act, Change, Key, Tag};
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
@@ -76,12 +76,12 @@ impl<'f> KeyHolder<'f> {
 
     /// The active set, read as a host does.
     pub fn active(&mut self) -> Option<CoefficientSet> {
-        let Ok(Response::ActiveSet(active)) = self.ask(Command::ActiveSet) else {
+        let Ok(Response::ActiveSet(active)) = self.ask(StorageCommand::ActiveSet) else {
             panic!("no answer");
         };
         let mut bytes = Vec::new();
         while bytes.len() < usize::from(active?.length) {
-            match self.ask(Command::Read(bytes.len() as u16)) {
+            match self.ask(StorageCommand::Read(bytes.len() as u16)) {
                 Ok(Response::SetBytes { bytes: piece, .. }) => bytes.extend(piece),
                 other => panic!("{other:?}"),
             }
@@ -92,7 +92,7 @@ impl<'f> KeyHolder<'f> {
 
     /// Identities of the kept sets, newest first.
     pub fn history(&mut self) -> Vec<SetId> {
-        let kept = (0..).map_while(|age| match self.ask(Command::History(age)) {
+        let kept = (0..).map_while(|age| match self.ask(StorageCommand::History(age)) {
             Ok(Response::Kept(kept)) => kept,
             other => panic!("{other:?}"),
         });

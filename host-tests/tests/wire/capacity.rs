@@ -1,8 +1,9 @@
 //! The largest messages fit their frames, and the stream's needs are not understated.
 
+use hexsense::FACTS;
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::records::SetId;
-use hexsense_core::sampling::{BlockSize, RATES_HZ};
+use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::frame::{self, Closed, Deframer, FrameError};
 use hexsense_core::wire::telemetry::{self, Header, MAX_SCANS, Samples};
 use hexsense_core::wire::{
@@ -68,11 +69,17 @@ fn the_largest_block_fits_a_frame() {
 #[test]
 fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
     for content in contents() {
-        for (rate_hz, block) in RATES_HZ
+        for (rate_hz, block) in FACTS
+            .rates_hz
             .into_iter()
             .flat_map(|rate_hz| BlockSize::ALL.map(|block| (rate_hz, block)))
         {
-            let scans = telemetry::scans_of_frame(content, rate_hz, block);
+            let scans = telemetry::scans_of_frame(
+                content,
+                rate_hz,
+                block,
+                FACTS.max_telemetry_bits_per_s(),
+            );
             let (mut frames_hz, blocks_hz) = (
                 f64::from(rate_hz) / scans as f64,
                 f64::from(rate_hz) / block.scans() as f64,
@@ -89,7 +96,12 @@ fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
             if content.pose {
                 needed += largest_pose() as f64 * 10.0 * blocks_hz.min(100.0);
             }
-            let stated = f64::from(telemetry::bits_per_second(content, rate_hz, block));
+            let stated = f64::from(telemetry::bits_per_second(
+                content,
+                rate_hz,
+                block,
+                FACTS.max_telemetry_bits_per_s(),
+            ));
             assert!(
                 stated >= needed,
                 "{content:?} at {rate_hz} Hz: {stated} < {needed}"
@@ -103,10 +115,11 @@ fn capacity_is_an_upper_bound_of_real_frames_and_a_close_one() {
 #[test]
 fn a_stream_that_goes_in_one_block_goes_in_every_block() {
     let fits = |content, rate_hz, block| {
-        telemetry::bits_per_second(content, rate_hz, block) <= telemetry::MAX_BITS_PER_S
+        telemetry::bits_per_second(content, rate_hz, block, FACTS.max_telemetry_bits_per_s())
+            <= FACTS.max_telemetry_bits_per_s()
     };
     for content in contents() {
-        for rate_hz in RATES_HZ {
+        for rate_hz in FACTS.rates_hz {
             let large = fits(content, rate_hz, BlockSize::ThirtyTwo);
             let too_much = content.values && (content.counts || content.pose) && rate_hz == 4_000;
             assert_eq!(large, !too_much, "{content:?} at {rate_hz} Hz");
@@ -124,13 +137,21 @@ fn a_stream_that_goes_in_one_block_goes_in_every_block() {
 #[test]
 fn a_frame_gathers_no_more_than_the_line_needs() {
     let counts = contents()[1];
-    let scans =
-        |rate_hz| BlockSize::ALL.map(|block| telemetry::scans_of_frame(counts, rate_hz, block));
+    let scans = |rate_hz| {
+        BlockSize::ALL.map(|block| {
+            telemetry::scans_of_frame(counts, rate_hz, block, FACTS.max_telemetry_bits_per_s())
+        })
+    };
     assert_eq!(scans(1_000), [1, 4, 8, 16, 16]);
     assert_eq!(scans(2_000), [4, 4, 8, 16, 16]);
     assert_eq!(scans(4_000), [8, 8, 8, 16, 16]);
     // Without samples there is nothing to gather.
-    let pose = telemetry::scans_of_frame(contents()[4], 4_000, BlockSize::One);
+    let pose = telemetry::scans_of_frame(
+        contents()[4],
+        4_000,
+        BlockSize::One,
+        FACTS.max_telemetry_bits_per_s(),
+    );
     assert_eq!(pose, 1);
 }
 

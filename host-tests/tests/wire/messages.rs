@@ -415,6 +415,7 @@ fn identity() -> impl Strategy<Value = Identity> {
         board,
         hardware: heapless::String::try_from(hardware.as_str()).unwrap(),
         reset,
+        facts: hexsense::FACTS,
     })
 }
 

@@ -1,6 +1,7 @@
 //! One message of every kind, with numbers whose bytes are all different.
 
 use hexsense_core::channel::Triad;
+use hexsense_core::facts::{BoardFacts, FlashLayout};
 use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::records::Entry;
@@ -338,6 +339,17 @@ fn identity(reset: ResetCause) -> Response {
         board: *b"\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0A\x0B\x0C",
         hardware: heapless::String::try_from("NUCLEO-G474RE").unwrap(),
         reset,
+        facts: BoardFacts {
+            rates_hz: [0x1112, 0x2122, 0x3132],
+            rank_ns: 0x4142_4344,
+            counts_at_supply: 0x5152_5354,
+            nominal_supply_v: 3.25,
+            baud: 0x6162_6364,
+            flash: FlashLayout {
+                page_bytes: 0x7172,
+                pages: 0x8182,
+            },
+        },
     })
 }
 

@@ -7,6 +7,7 @@
 use hexsense_core::calibration::budget::{Cause, Shape, uniform};
 use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::JACKS;
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::kinematics::{Geometry, GeometryError};
 use hexsense_core::records::JackCoefficients;
 use nalgebra::Vector3;
@@ -32,6 +33,8 @@ pub struct Belief {
     pub clock: f64,
     /// Lever arm and gravity.
     pub site: Site,
+    /// The board that the counts come from.
+    pub board: BoardFacts,
 }
 
 /// A belief with one number changed by its standard uncertainty.
@@ -66,6 +69,7 @@ impl Belief {
                 lever_arm_m: Vector3::from(sensors.lever_arm_m),
                 gravity_m_s2: sensors.gravity.m_s2,
             },
+            board: sensors.board,
         }
     }
 

@@ -5,12 +5,12 @@ use hexsense_core::calibration::truth::{
     SineTruth, coordinates, sine_truth, specific_force_at_rest,
 };
 use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Triad};
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::harmonics::{Harmonic, Harmonics, Series};
 use hexsense_core::kinematics::forward::{Options, Solver};
 use hexsense_core::kinematics::{Pose, forward::ForwardError};
 use hexsense_core::least_squares::NormalEquations;
 use hexsense_core::live_pose::STROKE_MARGIN_M;
-use hexsense_core::sampling::instant_s;
 use nalgebra::{Complex, Vector3};
 
 use super::AnalysisError;
@@ -287,7 +287,7 @@ pub fn pose_harmonics(
         frequency_hz: sweep.sine.frequency_hz,
     })?;
     // A group's mean stands for its middle, and is smaller than the signal there by sin(kωGT/2)/(G·sin(kωT/2)).
-    let late_s = (group - 1.0) / 2.0 * period_s + mean_jack_instant_s();
+    let late_s = (group - 1.0) / 2.0 * period_s + mean_jack_instant_s(&belief.board);
     for fit in &mut fits {
         for (k, harmonic) in (1..).zip(&mut fit.harmonics) {
             let half = f64::from(k) * sweep.omega * period_s / 2.0;
@@ -301,8 +301,9 @@ pub fn pose_harmonics(
 }
 
 /// Jacks are converted in six ranks; their pose belongs to the middle of them.
-fn mean_jack_instant_s() -> f64 {
-    (INERTIAL..CHANNELS).map(instant_s).sum::<f64>() / JACKS as f64
+fn mean_jack_instant_s(board: &BoardFacts) -> f64 {
+    let instants = (INERTIAL..CHANNELS).map(|channel| board.instant_s(channel));
+    instants.sum::<f64>() / JACKS as f64
 }
 
 /// First harmonics of a triad's counts at the instants of the pose, and their truth.
@@ -319,7 +320,7 @@ fn sine_run(sweep: &Sweep, triad: Triad, truth: [Complex<f64>; 3], belief: &Beli
 fn amplitudes(sweep: &Sweep, triad: Triad, belief: &Belief, k: usize) -> [Complex<f64>; 3] {
     core::array::from_fn(|axis| {
         let channel = triad.first_channel() + axis;
-        let early = Complex::cis(-(k as f64) * sweep.omega * instant_s(channel));
+        let early = Complex::cis(-(k as f64) * sweep.omega * belief.board.instant_s(channel));
         complex(&sweep.sensors[channel].harmonics[k - 1]) * early * belief.supply
     })
 }

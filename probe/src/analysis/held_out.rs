@@ -8,7 +8,6 @@
 
 use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
-use hexsense_core::sampling::instant_s;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -165,8 +164,8 @@ pub fn held_out(
             .collect()
     };
     let undelayed = |channel: usize, values: Vec<f64>| {
-        let delay_s =
-            results.delays_s[channel / 3].estimate + instant_s(channel) - instant_s(INERTIAL);
+        let delay_s = results.delays_s[channel / 3].estimate + sensors.board.instant_s(channel)
+            - sensors.board.instant_s(INERTIAL);
         advance(&mean(&values), delay_s * RATE_HZ)
     };
     let after = core::array::from_fn(|channel| {

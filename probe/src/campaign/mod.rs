@@ -104,12 +104,15 @@ impl Campaign {
             &files::read(&geometry_path)?,
         )?;
         let sensors_path = folder.join("sensors.toml");
-        let campaign = Self {
+        let mut campaign = Self {
             folder: folder.to_owned(),
             plan: Plan::load(&folder.join("plan.toml"))?,
             geometry,
             sensors: SensorFile::load(&sensors_path)?,
         };
+        if campaign.folder.join("board.json").exists() {
+            campaign.sensors.board = campaign.board()?.facts;
+        }
         campaign.check()?;
         Ok(campaign)
     }

@@ -7,6 +7,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use hexsense_core::channel::CHANNELS;
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::harmonics::ChannelSums;
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Drive;
@@ -19,6 +20,7 @@ use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
 use crate::board_pose::{self, Difference};
 use crate::capture::Capture;
 use crate::files::{self, FileError};
+use crate::known_board;
 use crate::plan::{Purpose, Run};
 
 /// What was read from the board before the first run.
@@ -32,6 +34,9 @@ pub struct BoardRecord {
     pub firmware: String,
     /// Version of the wire.
     pub wire: u16,
+    /// The numbers of this kind of board.
+    #[serde(default = "known_board::facts")]
+    pub facts: BoardFacts,
 }
 
 /// What is known of a run beside its scans.

@@ -93,7 +93,7 @@ impl Capture {
             self.seconds,
             self.scanning.rate,
             self.block.scans(),
-            100.0 * session::link_load(content, self.scanning.rate, self.block)
+            100.0 * session::link_load(&identity.facts, content, self.scanning.rate, self.block)
         );
         let set = client.active_set()?.map(|set| set.id);
         let note_path = self.out.with_extension("json");

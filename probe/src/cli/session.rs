@@ -1,5 +1,6 @@
 //! What recording commands share: the board made ready, and what is recorded checked and analysed.
 
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::{Identity, StreamContent, VERSION, telemetry};
 
@@ -26,9 +27,15 @@ pub fn ready(client: &mut Client, rate_hz: u32) -> anyhow::Result<Identity> {
 
 /// Share of what the link carries of telemetry that a stream takes at most.
 #[must_use]
-pub fn link_load(content: StreamContent, rate_hz: u32, block: BlockSize) -> f64 {
-    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    f64::from(bits_per_s) / f64::from(telemetry::MAX_BITS_PER_S)
+pub fn link_load(
+    facts: &BoardFacts,
+    content: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
+) -> f64 {
+    let limit = facts.max_telemetry_bits_per_s();
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block, limit);
+    f64::from(bits_per_s) / f64::from(limit)
 }
 
 /// What the folder notes of the board.
@@ -40,6 +47,7 @@ pub fn board_record(client: &Client, identity: &Identity) -> BoardRecord {
         hardware: identity.hardware.to_string(),
         firmware: format!("{major}.{minor}.{patch}"),
         wire: VERSION,
+        facts: identity.facts,
     }
 }
 

@@ -1,10 +1,10 @@
 //! `hexsense status`: how the board is.
 
 use clap::Args;
-use hexsense_core::sampling::NOMINAL_SUPPLY_V;
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::wire::message::ActiveSet;
 use hexsense_core::wire::status::{PathCycles, ResetCause, StackUse};
-use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent, telemetry};
+use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
@@ -54,6 +54,7 @@ impl Status {
 struct Reading {
     status: BoardStatus,
     last_start: ResetCause,
+    facts: BoardFacts,
     active: Option<ActiveSet>,
     analysers: Vec<SumsReport>,
 }
@@ -76,12 +77,14 @@ const fn stream(counts: bool, values: bool, pose: bool) -> StreamContent {
 impl Reading {
     fn take(client: &mut Client) -> Result<Self, LinkError> {
         let status = client.status()?;
+        let identity = client.identity()?;
         let analysers = 0..status.analysers.len() as u8;
         let analysers = analysers.map(|analyser| client.sums(analyser, 0));
         Ok(Self {
             analysers: analysers.collect::<Result<_, _>>()?,
             active: client.active_set()?,
-            last_start: client.identity()?.reset,
+            last_start: identity.reset,
+            facts: identity.facts,
             status,
         })
     }
@@ -113,7 +116,7 @@ impl Reading {
         lines.extend([
             ("link", self.link()),
             ("clock", clock(status).to_owned()),
-            ("supply", supply(status)),
+            ("supply", self.supply()),
             ("temperature", self.temperature()),
         ]);
         if let Some([roll, pitch]) = status.tilt_approximate_rad {
@@ -214,16 +217,30 @@ impl Reading {
         });
         format!(
             "of {:.1} Mbit/s for telemetry, {}; {} blocks dropped, {} damaged frames",
-            f64::from(telemetry::MAX_BITS_PER_S) * 1e-6,
+            f64::from(self.facts.max_telemetry_bits_per_s()) * 1e-6,
             loads.join(", "),
             status.events.blocks_dropped.count,
             status.events.frames_damaged()
         )
     }
 
+    fn supply_v(&self) -> f32 {
+        self.status.supply * self.facts.nominal_supply_v
+    }
+
+    /// The supply, and how settled its mean is.
+    fn supply(&self) -> String {
+        let status = &self.status;
+        let settling = match status.supply_readings {
+            AVERAGED.. => String::new(),
+            readings => format!(", settling: mean of {readings} readings of {AVERAGED}"),
+        };
+        format!("{:.3} V{settling}", self.supply_v())
+    }
+
     /// Share of the link's capacity that a stream takes at the board's rate and block.
     fn load(&self, content: StreamContent) -> f64 {
-        link_load(content, self.status.rate_hz, self.status.block)
+        link_load(&self.facts, content, self.status.rate_hz, self.status.block)
     }
 
     fn temperature(&self) -> String {
@@ -269,13 +286,13 @@ impl Reading {
             "sample_path": {"min": cycles(min), "max": cycles(max), "last": cycles(last)},
             "analysers": analysers.collect::<Vec<_>>(),
             "link": {
-                "limit_bits_per_s": telemetry::MAX_BITS_PER_S,
+                "limit_bits_per_s": self.facts.max_telemetry_bits_per_s(),
                 "load_percent": Value::Object(loads.into_iter().collect()),
                 "blocks_dropped": status.events.blocks_dropped.count,
                 "frames_damaged": status.events.frames_damaged(),
             },
             "clock": if status.crystal { "crystal" } else { "internal" },
-            "supply_v": supply_v(status),
+            "supply_v": self.supply_v(),
             "supply_readings": status.supply_readings,
             "temperature_c": status.temperature_c,
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
@@ -296,19 +313,6 @@ const ANALYSER: [&str; 3] = ["analyser 0", "analyser 1", "analyser 2"];
 
 fn seconds(status: &BoardStatus) -> f64 {
     status.uptime_ms as f64 / 1e3
-}
-
-fn supply_v(status: &BoardStatus) -> f32 {
-    status.supply * NOMINAL_SUPPLY_V
-}
-
-/// The supply, and how settled its mean is.
-fn supply(status: &BoardStatus) -> String {
-    let settling = match status.supply_readings {
-        AVERAGED.. => String::new(),
-        readings => format!(", settling: mean of {readings} readings of {AVERAGED}"),
-    };
-    format!("{:.3} V{settling}", supply_v(status))
 }
 
 fn stack(StackUse { deepest, size }: StackUse) -> String {

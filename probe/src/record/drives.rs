@@ -8,6 +8,7 @@
 //! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
 
 use hexsense_core::excitation::{Multisine, Signal};
+use hexsense_core::facts::BoardFacts;
 use hexsense_core::harmonics::choice::mistaken;
 use hexsense_core::harmonics::{ANALYSERS, DriveError, increment, largest_block};
 use hexsense_core::sampling::BlockSize;
@@ -86,7 +87,7 @@ impl Choice {
             true => BlockSize::default(),
             false => asked.block(&lines)?,
         };
-        carried(content, rate_hz, block).map_err(|refusal| NoChoice::Link {
+        carried(&sensors.board, content, rate_hz, block).map_err(|refusal| NoChoice::Link {
             run: run.name.clone(),
             rate_hz,
             refusal,
@@ -168,9 +169,14 @@ impl Asked<'_> {
 }
 
 /// What the board would say to this stream.
-fn carried(content: StreamContent, rate_hz: u32, block: BlockSize) -> Result<(), Refusal> {
-    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block);
-    let limit = telemetry::MAX_BITS_PER_S;
+fn carried(
+    board: &BoardFacts,
+    content: StreamContent,
+    rate_hz: u32,
+    block: BlockSize,
+) -> Result<(), Refusal> {
+    let limit = board.max_telemetry_bits_per_s();
+    let bits_per_s = telemetry::bits_per_second(content, rate_hz, block, limit);
     if bits_per_s > limit {
         return Err(Refusal::LinkCapacity { bits_per_s, limit });
     }
@@ -226,9 +232,9 @@ fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::known_board;
     use crate::plan::{Freedom, Purpose, SineEntry};
     use hexsense_core::harmonics::choice::MAX_TURN;
-    use hexsense_core::sampling::RATES_HZ;
 
     const COUNTS: StreamContent = StreamContent {
         counts: true,
@@ -278,7 +284,7 @@ mod tests {
         for frequency_hz in [
             0.01, 0.03, 0.1, 0.5, 1.0, 2.5, 5.0, 7.7, 10.0, 20.0, 33.0, 50.0,
         ] {
-            for rate_hz in RATES_HZ {
+            for rate_hz in known_board::FACTS.rates_hz {
                 let block =
                     |lines| Choice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS);
                 let choice = block("lines_hz = []").unwrap();

@@ -57,8 +57,10 @@ pub fn gains(
     supply: f64,
     belief: &Belief,
 ) -> Result<Option<[BoardGain; INERTIAL]>, AnalysisError> {
-    let harmonics =
-        |channel: usize| solve_channel(&sums.drive, rate_hz, channel, &sums.channels[channel]);
+    let harmonics = |channel: usize| {
+        let late_scans = belief.board.instant_s(channel) * f64::from(rate_hz);
+        solve_channel(&sums.drive, late_scans, &sums.channels[channel])
+    };
     let all: Option<Vec<Harmonics>> = (0..INERTIAL + JACKS).map(harmonics).collect();
     let Some(all) = all else {
         return Ok(None);

@@ -143,12 +143,7 @@ fn temperature(input: &ReportInput) -> String {
 
 fn supply(input: &ReportInput) -> String {
     let all = input.runs.iter().flat_map(|run| &run.capture.supply);
-    let volts = |factor: f64| {
-        fixed(
-            factor * f64::from(hexsense_core::sampling::NOMINAL_SUPPLY_V),
-            4,
-        )
-    };
+    let volts = |factor: f64| fixed(factor * f64::from(input.board.facts.nominal_supply_v), 4);
     range(all).map_or(String::new(), |(low, high)| {
         format!(
             "{} V to {} V, corrected scan by scan",

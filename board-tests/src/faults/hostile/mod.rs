@@ -11,10 +11,11 @@ mod impossible;
 use std::time::Duration;
 
 use anyhow::ensure;
+use hexsense::FACTS;
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change;
 use hexsense_core::wire::message::encode_request;
-use hexsense_core::wire::{BAUD, Kind, MAX_FRAME, Refusal, Request, StreamContent};
+use hexsense_core::wire::{Kind, MAX_FRAME, Refusal, Request, StreamContent};
 
 use self::impossible::Right;
 use super::outcome::Outcome;
@@ -24,7 +25,7 @@ use crate::line::Line;
 use crate::trial_set::Random;
 
 /// Bytes that the line carries in a second.
-const BYTES_PER_S: u32 = BAUD / 10;
+const BYTES_PER_S: u32 = FACTS.baud / 10;
 /// What is sent at a time: 10 ms.
 const CHUNK_BYTES: usize = BYTES_PER_S as usize / 100;
 /// After a flood the board has answered everything within this time.

@@ -13,8 +13,8 @@ use embassy_stm32::pac;
 use embassy_time::Instant;
 use hexsense_core::wire::status::EventCount;
 
+use super::counters;
 use super::panic::{self, Text};
-use super::tallies;
 
 /// Torn words that were read, and the uptime at the last, ms in two halves. Only the non-maskable interrupt writes them.
 static TORN: AtomicU32 = AtomicU32::new(0);
@@ -47,7 +47,7 @@ impl Handler<FLASH> for Corrections {
     unsafe fn on_interrupt() {
         let eccr = pac::FLASH.eccr().read();
         if eccr.eccc() {
-            tallies::note(|events| &mut events.flash_corrections);
+            counters::note(|events| &mut events.flash_corrections);
             // Written back as read, the flags clear themselves; the other one is for the non-maskable interrupt.
             let mut clear = eccr;
             clear.set_eccd(false);

@@ -10,10 +10,10 @@
 //! link gathers. The scans of a piece follow on one another, in the ring too, and have in common what seldom changes,
 //! supply, temperature and set, a [`Context`], of which the latest few are kept; where they do not, a piece ends early.
 
-use hexsense_core::channel::{INERTIAL, JACKS};
-use hexsense_core::records::SetId;
-use hexsense_core::sampling::{BlockSize, Values};
-use hexsense_core::wire::telemetry::{MAX_SCANS, Samples};
+use crate::channel::{INERTIAL, JACKS};
+use crate::records::SetId;
+use crate::sampling::{BlockSize, Values};
+use crate::wire::telemetry::{MAX_SCANS, Samples};
 
 /// Scans in the ring: 16 ms at 4 kHz, three times as long as the longest frame takes.
 const SCANS: usize = 2 * BlockSize::MAX_SCANS;
@@ -101,8 +101,15 @@ pub struct Queue {
     latest: usize,
 }
 
+impl Default for Queue {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Queue {
     /// An empty queue for blocks of one scan.
+    #[must_use]
     pub const fn new() -> Self {
         let nothing = Context {
             supply: 0.0,

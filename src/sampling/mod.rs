@@ -1,0 +1,13 @@
+//! Sampling: trigger → converters → rings → sample interrupt, and the tasks around it.
+//!
+//! | file | what happens there |
+//! |---|---|
+//! | [`acquisition`] | timer → converters → DMA rings → blocks of scans |
+//! | [`path`] | the sample interrupt: calibrated values, sums, blocks for the link |
+//! | [`task`] | the task above it: starts, rates, blocks, faults |
+//! | [`supply`] | supply voltage and temperature, slowly |
+
+pub mod acquisition;
+pub mod path;
+pub mod supply;
+pub mod task;
