@@ -245,11 +245,13 @@ impl Line {
     }
 }
 
-/// Whether the board has lost its power: nothing is at the other end of the line any more.
+/// Whether the board has lost its power: nothing is at the other end of the line any more. When that happens before its first
+/// byte, the client takes the port for one that is in use; no other process uses a board of these tests.
 #[must_use]
 pub fn is_gone(error: &anyhow::Error) -> bool {
+    use TransportError::{Closed, Failed, InUse};
     matches!(
         error.downcast_ref(),
-        Some(TransportError::Closed { .. } | TransportError::Failed { .. })
+        Some(Closed { .. } | Failed { .. } | InUse { .. })
     )
 }

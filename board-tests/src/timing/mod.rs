@@ -31,7 +31,7 @@ use crate::programs::Program;
 use crate::sample_path;
 
 /// Nine channels and the analysers, from the filled half of a ring to values and sums.
-const PATH: &str = "sample_inertial";
+const PATH: &str = "hexsense_core::sample_path::sample_inertial";
 /// The same with the jacks, and the counts handed over to the link.
 const PATH_WITH_JACKS: &str = "sample_path";
 /// Interrupt of the converters' DMA, in which all of it happens: DMA1 channel 1.
