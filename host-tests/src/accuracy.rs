@@ -18,7 +18,7 @@ use hexsense_core::harmonics::{
     Analyser, Drive, HARMONICS, Harmonic, Harmonics, Series, increment, largest_block, solve,
 };
 use hexsense_core::sampling::{BlockSize, BlockSums};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Phases of each case.
 const PHASES: usize = 16;
@@ -26,7 +26,7 @@ const PHASES: usize = 16;
 const TURN: f64 = 18_446_744_073_709_551_616.0;
 
 /// A drive to be estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Case {
     /// Scan rate, Hz.
     pub rate_hz: u32,
@@ -39,7 +39,7 @@ pub struct Case {
 }
 
 /// What was found of a case.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct Errors {
     /// What was estimated.
     pub case: Case,

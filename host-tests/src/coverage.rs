@@ -12,14 +12,14 @@ use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::plan::Purpose;
 use hexsense_probe::plan::campaign::plan;
 use hexsense_probe::sensor_file::SensorFile;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use twin::sheet::TRIADS;
 use twin::truth::{Document, mean_delay_s};
 
 use crate::bench::{Laboratory, Movement};
 
 /// One coefficient over all campaigns.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Coefficient {
     /// Channel or triad and what of it: `ax.gain`, `ax.offset`, `ax.y` (counts of ay in the value of ax), `linear.delay`.
     pub name: String,
@@ -32,7 +32,7 @@ pub struct Coefficient {
 }
 
 /// The figures of many campaigns.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Coverage {
     /// Campaigns simulated.
     pub campaigns: u64,

@@ -6,11 +6,12 @@
 //! - [`coverage`] is that statistic: are the stated uncertainties honest?
 //! - [`nor_flash`] is a flash memory whose power can be cut at any operation, [`sets`] what is stored in it; both come
 //!   from the crate `hostile`, which the fuzz targets share.
-//! - [`speed`] measures how long kinematics takes.
+//! - [`speed`] measures how long kinematics takes, and [`scipy`] how long scipy takes for the same poses.
 
 pub mod accuracy;
 pub mod bench;
 pub mod coverage;
+pub mod scipy;
 pub mod speed;
 
 pub use hostile::{nor_flash, sets};

@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Uniform};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Poses: more than a branch predictor learns by heart.
 const POSES: usize = 10_000;
@@ -50,7 +50,7 @@ const REACH_DEG: f64 = 12.0;
 type Found = Result<Solution<f64>, ForwardError<f64>>;
 
 /// What was measured.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Figures {
     /// Forward kinematics from home.
     pub cold: Forward,
@@ -63,7 +63,7 @@ pub struct Figures {
 }
 
 /// Forward kinematics on one thread.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Forward {
     /// Time of a solve, ns.
     pub ns: f64,
@@ -76,14 +76,14 @@ pub struct Forward {
 }
 
 /// Inverse kinematics on one thread.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Inverse {
     /// Time for six lengths, ns.
     pub ns: f64,
 }
 
 /// Forward kinematics on all cores.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Batch {
     /// Samples solved in a second by all threads together.
     pub solves_per_second: f64,

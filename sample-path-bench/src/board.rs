@@ -2,8 +2,6 @@
 
 use cortex_m_rt::entry;
 use defmt_rtt as _;
-// Brings the chip's vector table.
-use embassy_stm32 as _;
 
 use crate::{path, peers};
 

@@ -1,57 +1,58 @@
-//! Fuzzing: the targets of `host-tests/hostile` under cargo-fuzz, with what they find kept for the host tests.
+//! `cargo xtask fuzz`: the targets of `host-tests/hostile` under cargo-fuzz.
 //!
-//! Their kept corpus is what the host tests run; a fuzzer begins with it and adds to a copy, so that only chosen inputs
-//! become tests.
+//! The host tests run the corpus that is kept beside the targets. A fuzzer begins with it and adds to a copy, so that only
+//! chosen inputs become tests.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::bail;
+use anyhow::{Context, ensure};
 
-use crate::build::{cargo, workspace};
-use crate::process::{checked, output};
+use crate::build::{cargo, checked, workspace};
+use crate::setup::printed;
 
 /// Longest input, bytes: what targets do with longer ones is the same again, and slower.
 const MAX_LENGTH: u32 = 128;
 
-#[derive(clap::Args)]
+/// `cargo xtask fuzz`
+#[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Inputs for each target
     #[arg(long, default_value_t = 1_000_000)]
-    runs: u64,
+    pub runs: u64,
     /// The only target to run: frames, messages, storage or records
-    target: Option<String>,
+    pub target: Option<String>,
 }
 
 /// Runs the targets one after another, and fails with the first that finds something.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    check_installed()?;
-    let names = hostile::TARGETS.map(|(name, _)| name);
-    let chosen: Vec<&str> = match &arguments.target {
-        None => names.to_vec(),
-        Some(target) if names.contains(&target.as_str()) => vec![target],
-        Some(target) => bail!(
+    let mut names = targets()?;
+    if let Some(target) = &arguments.target {
+        ensure!(
+            names.contains(target),
             "there is no target {target}; targets are {}",
             names.join(", ")
-        ),
-    };
-    for name in chosen {
-        let grown = workspace().join("target/fuzz").join(name);
+        );
+        names.retain(|name| name == target);
+    }
+    for name in names {
+        let grown = workspace().join("target/fuzz").join(&name);
         std::fs::create_dir_all(&grown)?;
         eprintln!("{name}: {} inputs", arguments.runs);
-        checked(&mut fuzz(name, &grown, arguments.runs))?;
+        checked(&mut fuzz(&name, &grown, arguments.runs))?;
     }
     println!("no target found anything");
     Ok(())
 }
 
-fn check_installed() -> anyhow::Result<()> {
-    if output(cargo("fuzz").arg("--version")).is_err() {
-        bail!(
-            "fuzzing needs cargo-fuzz and a C++ compiler; install them with\n\n    cargo install cargo-fuzz\n    sudo apt-get install g++\n\n(or your system's equivalents) and start again"
-        );
-    }
-    Ok(())
+/// The names of the targets.
+fn targets() -> anyhow::Result<Vec<String>> {
+    let list = printed(cargo("fuzz").arg("list").arg("--fuzz-dir").arg(folder()));
+    let list = list.context(
+        "fuzzing needs cargo-fuzz and a C++ compiler; install them with\n\n    cargo install cargo-fuzz\n    sudo apt-get \
+         install g++\n\n(or your system's equivalents) and start again",
+    )?;
+    Ok(list.lines().map(str::to_owned).collect())
 }
 
 /// One target. Sanitizers need a nightly compiler and find what unsafe code does wrong; the core has none.

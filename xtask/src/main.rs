@@ -1,46 +1,24 @@
-//! One way to run everything: `cargo xtask demo`, `cargo xtask test`, `cargo xtask coverage`.
+//! One way to run everything: `cargo xtask demo`, `cargo xtask test`, `cargo xtask size`.
+//!
+//! This program builds the parts of the product and calls the crate that does the work; it links none of them.
 //!
 //! - [`setup`]: what a fresh machine lacks.
-//! - [`bench`]: twin, board and host tool together.
-//! - [`build`]: the parts of the product.
-//! - [`process`]: programs that run beside each other, and end with their owner.
-//! - [`demo`]: the whole story on the virtual bench.
-//! - [`bench_kinematics`]: how long kinematics takes.
-//! - [`bench_sample_path`]: instructions of the sample path, beside what others offer.
-//! - [`timing`]: instructions of the firmware itself, and its share of the core.
-//! - [`counting`]: instruction counts on the virtual board.
-//! - [`fixed_time`]: that the sample path has no instruction whose time depends on its operands; [`thumb`] decodes.
-//! - [`faults`]: faults that are injected on the virtual board, and what the promises are worth; [`trial_set`] has sets.
-//! - [`size`]: flash and RAM of the firmware, by module.
-//! - [`accuracy`]: how exact the harmonic estimator is.
-//! - [`fuzz`]: hostile input, as much as there is time for.
-//! - [`coverage`]: whether the stated uncertainties are honest.
-//! - [`test`]: everything that must be green.
-//! - [`system_test`]: the part of it that needs the virtual board.
+//! - [`build`]: the parts of the product, built and named in the environment.
+//! - [`call`]: the programs that commands call, in `board-tests` and `host-tests`.
+//! - [`fuzz`]: the fuzz targets under cargo-fuzz.
+//! - [`test`]: everything that must be green, in its order.
 #![forbid(unsafe_code)]
 
-mod accuracy;
-mod bench;
-mod bench_kinematics;
-mod bench_sample_path;
 mod build;
-mod counting;
-mod coverage;
-mod demo;
-mod faults;
-mod fixed_time;
+mod call;
 mod fuzz;
-mod process;
 mod setup;
-mod size;
-mod system_test;
 mod test;
-mod thumb;
-mod timing;
-mod told;
-mod trial_set;
 
 use clap::{Parser, Subcommand};
+
+use self::build::Part;
+use self::call::{Flags, board_alone, board_tests, host_tests};
 
 #[derive(Parser)]
 #[command(
@@ -55,45 +33,57 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Task {
     /// Calibrate nine sensors on a simulated motion base with the real firmware, and prove the result
-    Demo(demo::Arguments),
+    #[command(disable_help_flag = true)]
+    Demo(Flags),
     /// Simulate many campaigns and count how often the truth lies inside the stated uncertainties
-    Coverage(coverage::Arguments),
+    #[command(disable_help_flag = true)]
+    Coverage(Flags),
     /// Measure how exact the harmonic estimator is, from 0.01 to 50 Hz, at every rate, over one period to a hundred
-    Accuracy(accuracy::Arguments),
+    #[command(disable_help_flag = true)]
+    Accuracy(Flags),
     /// Measure how fast the product is
     #[command(subcommand)]
     Bench(Bench),
-    /// Flash and static RAM of the firmware by module; fails when it has grown over its budget
-    Size(size::Arguments),
+    /// Flash and static RAM of the firmware by module; fails when it exceeds its budget
+    #[command(disable_help_flag = true)]
+    Size(Flags),
     /// Count the firmware's instructions on the virtual board, while it is busy
-    Timing(timing::Arguments),
+    #[command(disable_help_flag = true)]
+    Timing(Flags),
     /// Break what can break on the board, and count what is lost: every promise of docs/guarantees.md
-    Faults(faults::Arguments),
+    #[command(disable_help_flag = true)]
+    Faults(Flags),
     /// Attack the parts that take input from outside with cargo-fuzz
     Fuzz(fuzz::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
-    Test,
+    Test(test::Arguments),
 }
 
 #[derive(Subcommand)]
 enum Bench {
     /// Time of forward kinematics from home and from the pose before, of inverse kinematics, and of a recorded run
-    Kinematics(bench_kinematics::Arguments),
+    #[command(disable_help_flag = true)]
+    Kinematics(Flags),
     /// Instructions of the sample path on the board's core, beside those of estimators from crates.io
-    SamplePath(bench_sample_path::Arguments),
+    #[command(disable_help_flag = true)]
+    SamplePath(Flags),
 }
 
 fn main() -> anyhow::Result<()> {
-    match Arguments::parse().task {
-        Task::Demo(arguments) => demo::run(&arguments),
-        Task::Coverage(arguments) => coverage::run(&arguments),
-        Task::Accuracy(arguments) => accuracy::run(&arguments),
-        Task::Bench(Bench::Kinematics(arguments)) => bench_kinematics::run(&arguments),
-        Task::Bench(Bench::SamplePath(arguments)) => bench_sample_path::run(&arguments),
-        Task::Size(arguments) => size::run(&arguments),
-        Task::Timing(arguments) => timing::run(&arguments),
-        Task::Faults(arguments) => faults::run(&arguments),
-        Task::Fuzz(arguments) => fuzz::run(&arguments),
-        Task::Test => test::run(),
-    }
+    let (call, flags) = match Arguments::parse().task {
+        Task::Demo(flags) => (board_tests(&Part::BENCH, &["demo"])?, flags),
+        Task::Coverage(flags) => (host_tests("coverage"), flags),
+        Task::Accuracy(flags) => (host_tests("accuracy"), flags),
+        Task::Bench(Bench::Kinematics(flags)) => (host_tests("speed"), flags),
+        Task::Bench(Bench::SamplePath(flags)) => {
+            let parts = [Part::SamplePathBench, Part::VirtualBoard];
+            (board_alone(&parts, &["bench", "sample-path"])?, flags)
+        }
+        Task::Size(flags) => (board_alone(&[Part::Firmware], &["size"])?, flags),
+        Task::Timing(flags) => (board_alone(&Part::COUNTED, &["timing"])?, flags),
+        Task::Faults(flags) => (board_tests(&Part::FAULTS, &["faults"])?, flags),
+        Task::Fuzz(arguments) => return fuzz::run(&arguments),
+        Task::Test(arguments) => return test::run(&arguments),
+    };
+    call::finish(call, &flags)
 }

@@ -1,10 +1,10 @@
 //! What a fresh machine lacks: the Rust target of the board, and the packages that the emulator is built with.
 
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
 
-use crate::process::{checked, output};
+use crate::build::checked;
 
 /// Target of the board.
 pub const BOARD_TARGET: &str = "thumbv7em-none-eabihf";
@@ -18,9 +18,9 @@ const EMULATOR_PACKAGES: [&str; 4] = [
 
 /// Adds the Rust target where it is missing.
 pub fn board_target() -> anyhow::Result<()> {
-    let installed = output(Command::new("rustup").args(["target", "list", "--installed"]));
+    let installed = printed(Command::new("rustup").args(["target", "list", "--installed"]));
     // Without rustup the target either is there or the build says what is missing.
-    if installed.is_ok_and(|list| !list.lines().any(|target| target == BOARD_TARGET)) {
+    if installed.is_some_and(|list| !list.lines().any(|target| target == BOARD_TARGET)) {
         eprintln!("installing the Rust target {BOARD_TARGET}");
         checked(Command::new("rustup").args(["target", "add", BOARD_TARGET]))?;
     }
@@ -40,8 +40,8 @@ pub fn emulator_packages() -> anyhow::Result<()> {
         "apt-get install -y --no-install-recommends {}",
         missing.join(" ")
     );
-    let root = output(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0");
-    let debian = Command::new("apt-get").arg("--version").output().is_ok();
+    let root = printed(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0");
+    let debian = printed(Command::new("apt-get").arg("--version")).is_some();
     if !(root && debian) {
         bail!(
             "the virtual board needs packages that are not installed; install them with\n\n    sudo {command}\n\n(or your system's equivalents) and start again"
@@ -59,10 +59,17 @@ pub fn emulator_packages() -> anyhow::Result<()> {
 }
 
 fn is_installed(package: &str) -> bool {
-    let query = output(Command::new("dpkg-query").args([
+    let query = printed(Command::new("dpkg-query").args([
         "--show",
         "--showformat=${db:Status-Status}",
         package,
     ]));
-    query.is_ok_and(|status| status == "installed")
+    query.is_some_and(|status| status == "installed")
+}
+
+/// The output of a command; `None` when it cannot be started or fails.
+pub fn printed(command: &mut Command) -> Option<String> {
+    let output = command.stdin(Stdio::null()).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then_some(text)
 }

@@ -2,18 +2,25 @@
 
 use std::process::Command;
 
-use crate::bench_sample_path;
-use crate::build::{self, Parts, cargo, firmware};
-use crate::faults;
-use crate::fixed_time;
-use crate::process::checked;
+use crate::build::{Part, cargo, checked};
+use crate::call::{board_tests, host_tests, tests_on_the_board};
+use crate::fuzz;
 use crate::setup;
-use crate::size;
-use crate::system_test;
-use crate::timing;
+
+/// `cargo xtask test`
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The longer checks too: the whole fault campaign, accuracy, coverage, and a short run of the fuzzers
+    #[arg(long)]
+    all: bool,
+}
+
+const DENY: [&str; 3] = ["--", "--deny", "warnings"];
+/// Inputs for each fuzz target in a short run.
+const SMOKE: u64 = 100_000;
 
 /// Runs all checks, prints a line for each, and fails if one of them did.
-pub fn run() -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     setup::board_target()?;
     setup::emulator_packages()?;
     let mut checks = Checks::default();
@@ -24,69 +31,49 @@ pub fn run() -> anyhow::Result<()> {
             .args(["--workspace", "--all-targets"])
             .args(DENY),
     );
-    checks.run("lints for the board", firmware("clippy").args(DENY));
-    checks.add("size of the firmware", size::check());
-    checks.run("host tests", &mut host_tests());
     checks.run(
-        "documentation",
-        cargo("doc")
-            .args(["--package", "hexsense", "--no-deps"])
-            .env("RUSTDOCFLAGS", "-D warnings"),
+        "lints for the board",
+        Part::Firmware.cargo("clippy").args(DENY),
     );
-    checks.add("fixed time of the sample path", sample_path());
-    checks.add("instructions of the firmware", timing::check());
-    checks.add("sample path on the board", board_tests());
-    checks.add("demo, twice the same", system_test::demo_twice());
-    checks.add(
-        "plug pulled in a run and in an upload",
-        system_test::plug_pulled(),
+    checks.on_the_board("size of the firmware", &[Part::Firmware], &["size"]);
+    checks.run("host tests", &mut tests());
+    checks.run("documentation", &mut documentation());
+    checks.on_the_board(
+        "fixed time of the sample path",
+        &[Part::Firmware, Part::SamplePathBench],
+        &["fixed-time"],
     );
-    checks.add("streams at every rate", system_test::streams());
-    checks.add("faults, in short", faults::check());
+    checks.on_the_board("instructions of the firmware", &Part::COUNTED, &["timing"]);
+    checks.tests("firmware on the virtual board", "firmware");
+    checks.tests("board, twin and host tool", "system");
+    checks.on_the_board("faults, in short", &Part::FAULTS, &["faults", "--short"]);
+    if arguments.all {
+        checks.on_the_board("faults", &Part::FAULTS, &["faults"]);
+        for program in ["accuracy", "coverage"] {
+            checks.run(program, &mut host_tests(program));
+        }
+        let short = fuzz::Arguments {
+            runs: SMOKE,
+            target: None,
+        };
+        checks.add("fuzz targets, in short", fuzz::run(&short));
+    }
     checks.report()
 }
 
-/// No instruction of the sample path takes a time that depends on its operands.
-fn sample_path() -> anyhow::Result<()> {
-    checked(&mut firmware("build"))?;
-    bench_sample_path::build()?;
-    let parts = Parts::find()?;
-    let symbols = bench_sample_path::path_symbols();
-    let portable = fixed_time::check(&parts.sample_path_bench(), &symbols)?;
-    let whole = fixed_time::check(&parts.firmware, &[SAMPLE_INTERRUPT.to_owned()])?;
-    eprintln!(
-        "{portable} functions of the portable path and {whole} of the firmware's interrupt have a fixed time"
-    );
-    Ok(())
-}
-
-/// The vector in which the firmware has its sample path, first instruction to last.
-const SAMPLE_INTERRUPT: &str = "DMA1_CHANNEL1";
-const DENY: [&str; 3] = ["--", "--deny", "warnings"];
-
-/// The host tests that run the firmware's ELF, on the virtual board.
-fn board_tests() -> anyhow::Result<()> {
-    let parts = build::everything()?;
-    let mut tests = cargo("test");
-    tests.args([
-        "--package",
-        "host-tests",
-        "--test",
-        "board",
-        "--",
-        "--ignored",
-    ]);
-    tests.env("HEXSENSE_VIRTUAL_BOARD", &parts.virtual_board);
-    tests.env("HEXSENSE_FIRMWARE", &parts.firmware);
-    checked(&mut tests)
+/// The documentation of every crate that is a part of another.
+fn documentation() -> Command {
+    let mut doc = cargo("doc");
+    for package in ["hexsense-core", "hexsense-client", "board-tests"] {
+        doc.args(["--package", package]);
+    }
+    doc.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
+    doc
 }
 
 /// All tests that run on the host, with nextest where it is there.
-fn host_tests() -> Command {
-    let nextest = cargo("nextest")
-        .arg("--version")
-        .output()
-        .is_ok_and(|output| output.status.success());
+fn tests() -> Command {
+    let nextest = setup::printed(cargo("nextest").arg("--version")).is_some();
     let mut tests = cargo(if nextest { "nextest" } else { "test" });
     if nextest {
         tests.arg("run");
@@ -106,6 +93,20 @@ impl Checks {
     fn run(&mut self, name: &'static str, command: &mut Command) {
         eprintln!("\n=== {name}");
         self.add(name, checked(command));
+    }
+
+    /// A command of `board-tests`.
+    fn on_the_board(&mut self, name: &'static str, parts: &[Part], command: &[&str]) {
+        eprintln!("\n=== {name}");
+        let call = board_tests(parts, command);
+        self.add(name, call.and_then(|mut call| checked(&mut call)));
+    }
+
+    /// A file of tests of `board-tests`.
+    fn tests(&mut self, name: &'static str, file: &str) {
+        eprintln!("\n=== {name}");
+        let tests = tests_on_the_board(file);
+        self.add(name, tests.and_then(|mut tests| checked(&mut tests)));
     }
 
     fn add(&mut self, name: &'static str, result: anyhow::Result<()>) {

@@ -1,0 +1,63 @@
+//! The programs and tests that commands call, in `board-tests` and `host-tests`. Flags go to them as they are.
+
+use std::ffi::OsString;
+use std::process::Command;
+
+use anyhow::Context;
+
+use crate::build::{self, Part, cargo};
+
+/// The flags of a command, which the called program knows.
+#[derive(Debug, clap::Args)]
+pub struct Flags {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    flags: Vec<OsString>,
+}
+
+/// A command of `board-tests`, for which these parts are built.
+pub fn board_tests(parts: &[Part], command: &[&str]) -> anyhow::Result<Command> {
+    on_the_board(parts, &[], command)
+}
+
+/// The same for a command that drives no host tool: none is built.
+pub fn board_alone(parts: &[Part], command: &[&str]) -> anyhow::Result<Command> {
+    on_the_board(parts, &["--no-default-features"], command)
+}
+
+fn on_the_board(parts: &[Part], options: &[&str], command: &[&str]) -> anyhow::Result<Command> {
+    build::build(parts)?;
+    let mut call = run("board-tests", "board-tests");
+    build::name(parts, &mut call)?;
+    call.args(options).arg("--").args(command);
+    Ok(call)
+}
+
+/// A file of tests of `board-tests`, for which everything is built.
+pub fn tests_on_the_board(file: &str) -> anyhow::Result<Command> {
+    build::build(&Part::ALL)?;
+    let mut tests = cargo("test");
+    tests.args(["--package", "board-tests", "--test", file]);
+    build::name(&Part::ALL, &mut tests)?;
+    tests.args(["--", "--ignored"]);
+    Ok(tests)
+}
+
+/// A program of `host-tests`, built with optimisation.
+pub fn host_tests(program: &str) -> Command {
+    let mut call = run("host-tests", program);
+    call.args(["--release", "--"]);
+    call
+}
+
+fn run(package: &str, program: &str) -> Command {
+    let mut run = cargo("run");
+    run.args(["--quiet", "--package", package, "--bin", program]);
+    run
+}
+
+/// Runs a call with these flags and ends as it does: it has told what is wrong.
+pub fn finish(mut call: Command, flags: &Flags) -> anyhow::Result<()> {
+    let status = call.args(&flags.flags).status();
+    let status = status.with_context(|| format!("cannot start {call:?}"))?;
+    std::process::exit(status.code().unwrap_or(1));
+}
