@@ -1,4 +1,4 @@
-//! The fifteen channels of one scan, and the order in which everything lists them.
+//! The fifteen channels of one scan, and their order everywhere.
 //!
 //! A *scan* is one hardware-triggered conversion of all channels: the nine inertial sensors in three *triads*,
 //! then the six jack displacement transducers. A count is the sum of sixteen 12-bit conversions of one channel,
@@ -12,7 +12,7 @@ pub const INERTIAL: usize = 9;
 pub const JACKS: usize = 6;
 /// Number of channels of a scan.
 pub const CHANNELS: usize = INERTIAL + JACKS;
-/// Counts that the supply voltage would read: 16 conversions of 4096 codes.
+/// Counts of the supply voltage: 16 conversions of 4096 codes.
 pub const COUNTS_AT_SUPPLY: u32 = 65_536;
 
 /// Names of the channels, in the order of a scan.
@@ -70,8 +70,8 @@ impl Triad {
     }
 }
 
-/// A loop over the first `N` channels that is none in the program, though that is built for size: in the sample path
-/// turns of a loop would cost more than the work in them.
+/// Calls `one` for the first `N` channels. Unrolled: the compiler emits no loop although it builds for size. In the
+/// sample path a turn of a loop would cost more than its work.
 #[inline(always)]
 pub fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
     const { assert!(N == JACKS || N == INERTIAL || N == CHANNELS) };

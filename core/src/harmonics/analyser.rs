@@ -1,4 +1,4 @@
-//! The sums that the board keeps at the drive frequency while it samples.
+//! The sums at the drive frequency, which the board makes while it samples.
 //!
 //! The scans of a block are added first, and the block's sum s enters each wide sum once, with the sine and cosine of
 //! the phase at the block's centre:
@@ -10,8 +10,7 @@
 //!
 //! p(b) is the number of the block, or of its place among at most 4096 (see [`Drive`]); θ is 64 bits of a turn, shared
 //! by all channels. Everything is an integer, so the order of additions does not matter and a replay on the host gives
-//! the very same sums. What summing in blocks does to harmonic k, a factor sin(kω·B/2)/sin(kω/2), is undone by
-//! [`super::solution`].
+//! the very same sums. Summing in blocks scales harmonic k by sin(kω·B/2)/sin(kω/2); [`super::solution`] undoes that.
 //!
 //! The sums of a channel take 100 bytes: ten sums of 62 bits, a square of 63, a drift of 53, and an offset of 42, whose
 //! upper ten bits lie above the drift.
@@ -28,7 +27,7 @@ use super::table::Waves;
 
 pub use super::drive::MAX_BLOCKS;
 
-/// How far the harmonic sums have come.
+/// Progress of the harmonic sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnalyserState {
     /// No drive was set.
@@ -46,7 +45,7 @@ pub enum AnalyserState {
 pub struct ChannelSums {
     /// Σ s, counts.
     pub offset: i64,
-    /// Σ p·s with p = 0, 1, 2 …, the number of the block as far as 4096 places tell it.
+    /// Σ p·s with p = 0, 1, 2 …, the number of the block, cut to 4096 places.
     pub drift: i64,
     /// Σ s².
     pub square: u64,
@@ -56,7 +55,7 @@ pub struct ChannelSums {
     pub sine: [i64; HARMONICS],
 }
 
-/// Where the offset's upper bits begin above the drift.
+/// Bit of the drift's word at which the offset's upper bits begin.
 const ABOVE_DRIFT: u32 = 54;
 
 /// Sums of `N` channels.
@@ -65,7 +64,7 @@ struct Sums<const N: usize> {
     cosine: [[i64; HARMONICS]; N],
     sine: [[i64; HARMONICS]; N],
     square: [u64; N],
-    /// The drift, and from [`ABOVE_DRIFT`] on the offset's bits from 32 on.
+    /// The drift; from bit [`ABOVE_DRIFT`] on, the offset's bits from 32 on.
     mixed: [u64; N],
     /// The offset's lower 32 bits.
     offset: [u32; N],
@@ -80,7 +79,7 @@ impl<const N: usize> Sums<N> {
         offset: [0; N],
     };
 
-    /// Adds one block at `place` to all sums, the same work for every input.
+    /// Adds one block to all sums at the place in `step`, with the same work for every input.
     #[inline(never)]
     fn add(&mut self, block: &[u32; N], step: &Step) {
         add_waves(&mut self.cosine, block, &step.waves.cosine);
@@ -111,7 +110,7 @@ impl<const N: usize> Sums<N> {
     }
 }
 
-/// What an analyser does with the sums of one block, first the inertial channels', then the jacks'.
+/// What an analyser does with one block, first with the sums of the inertial channels, then with those of the jacks.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
     waves: Waves,
@@ -123,7 +122,7 @@ pub struct Step {
 enum Takes {
     /// It is idle.
     Nothing,
-    /// It settles or is complete: it adds zeros, so that it takes the same time as one that sums.
+    /// It settles or is complete: it adds zeros, so that it takes the same time as an analyser that sums.
     Zeros,
     /// It sums.
     Block,
@@ -151,7 +150,7 @@ impl Step {
     }
 }
 
-/// Five waves at a time stay in registers.
+/// Handles five waves at a time, which fit into the registers.
 #[inline(always)]
 fn add_waves<const N: usize>(
     sums: &mut [[i64; HARMONICS]; N],
@@ -178,9 +177,9 @@ pub struct Analyser {
     increment: u64,
     size: BlockSize,
     settle_blocks: u32,
-    /// Zero as long as nothing is asked for.
+    /// Blocks to sum; zero without a drive.
     blocks: u32,
-    /// Blocks since the start, those that were let pass included.
+    /// Blocks since the start, settling included.
     taken: u32,
     /// Scan counter of the first scan after the start.
     began: u64,
@@ -210,7 +209,7 @@ impl Analyser {
         }
     }
 
-    /// Starts anew at this drive, which must pass [`Drive::check`], with the next block.
+    /// Starts with the next block at this drive, which must pass [`Drive::check`].
     pub fn start(&mut self, drive: Drive) {
         *self = Self {
             increment: drive.increment,
@@ -223,16 +222,16 @@ impl Analyser {
 
     /// Takes the sums of one block of the drive's size.
     ///
-    /// A block that does not follow on the one before it makes a hole, with which no window can be fitted: everything
-    /// begins anew with it, settling included.
+    /// A block that does not follow the one before it leaves a hole, and no window with a hole can be fitted: the
+    /// analyser starts again with that block, settling included.
     pub fn take(&mut self, block: &BlockSums) {
         let mut step = Step::NONE;
         self.take_inertial(block.first_scan, &block.inertial, &mut step);
         self.take_jacks(&step, &block.jacks);
     }
 
-    /// The first part of [`Self::take`]: everything but the jacks, which follow with [`Self::take_jacks`] and the
-    /// `step` that is made here. It is the same work whether the analyser settles, sums or is complete.
+    /// The first part of [`Self::take`]: everything but the jacks. They follow with [`Self::take_jacks`] and the `step`
+    /// from here. The work is the same whether the analyser settles, sums or is complete.
     #[inline(never)]
     pub fn take_inertial(&mut self, first_scan: u64, sums: &[u32; INERTIAL], step: &mut Step) {
         if self.blocks == 0 {
@@ -240,14 +239,14 @@ impl Analyser {
             return;
         }
         let complete = self.is_complete();
-        // Stored whether it is new or not: the same work for the first block.
+        // Always stored, new or not: the same work for the first block.
         self.began = if self.taken == 0 {
             first_scan
         } else {
             self.began
         };
         let hole = !complete & (first_scan != self.began + self.scans(self.taken));
-        // Otherwise the compiler branches on either half, and a complete analyser skips the other.
+        // Without the black box the compiler branches on either half, and a complete analyser skips the other.
         if black_box(hole) {
             self.start(self.drive());
             self.began = first_scan;
@@ -289,7 +288,7 @@ impl Analyser {
         self.taken.saturating_sub(self.settle_blocks) >= self.blocks
     }
 
-    /// How far the sums are.
+    /// Progress of the sums.
     #[must_use]
     pub fn state(&self) -> AnalyserState {
         if self.blocks == 0 {
@@ -303,7 +302,7 @@ impl Analyser {
         }
     }
 
-    /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or no such channel.
+    /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or without this channel.
     #[must_use]
     pub fn report(&self, channel: usize) -> Option<(Drive, u64, ChannelSums)> {
         if self.blocks == 0 || channel >= CHANNELS {

@@ -1,17 +1,17 @@
 //! From counts to calibrated values and block sums, in fixed time.
 //!
-//! The converters leave a *block* of scans in one half of a ring; the sample path takes it where it lies:
+//! The converters leave a *block* of scans in one half of a ring, and the sample path processes it there:
 //!
 //! ```text
 //! ring half ──▶ Prepared::block ──▶ calibrated values of every scan
 //!                     └───────────▶ sum of every channel over the block ──▶ harmonics::Analyser
 //! ```
 //!
-//! - [`block`]: how many scans a block has, and its sums.
+//! - [`block`]: the size of a block, and its sums.
 //! - [`calibrator`]: value = M · (c·u − u0) for every scan.
 //!
-//! The work is the same for every input: no branch on data, no division, no square root. How many instructions that
-//! is, measured on the firmware: `cargo xtask bench sample-path` and `docs/timing.md`.
+//! The work is the same for every input: no branch on data, no division, no square root. `cargo xtask bench
+//! sample-path` and `docs/timing.md` give the number of instructions, measured on the firmware.
 
 pub mod block;
 pub mod calibrator;
@@ -28,7 +28,7 @@ pub const RATES_HZ: [u32; 3] = [1_000, 2_000, 4_000];
 /// Supply at which the supply factor is one, V.
 pub const NOMINAL_SUPPLY_V: f32 = 3.3;
 
-/// From one rank of a scan to the next, ns: sixteen conversions of 60 cycles at 37.5 MHz.
+/// Time from one rank of a scan to the next, ns: sixteen conversions of 60 cycles at 37.5 MHz.
 pub const RANK_NS: u32 = 25_600;
 
 /// Instant at which a channel (0 to 14) is sampled, s after the trigger of its scan: the middle of its sixteen

@@ -1,7 +1,7 @@
-//! The storage of the coefficients: what is in flash, who may change it, and the log of changes.
+//! The storage of the coefficients: the content of the flash, the right to change it, and the log of changes.
 //!
-//! Everything about coefficients that a host asks for is answered here, on any flash; the board's storage task only
-//! adds the chip. Nothing but this module changes the flash:
+//! This module answers all requests about coefficients, on any flash; the board's storage task only adds the chip. Only
+//! this module changes the flash:
 //!
 //! ```text
 //! change, tag ──▶ authority ──▶ upload: pieces → commit ─┐
@@ -11,11 +11,11 @@
 //!                               provision ─────────────────▶ key ──▶ log
 //! ```
 //!
-//! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
-//! second ([`Storage::complete`]): no change is ever without its entry, and no entry without its change. The active set is
-//! the one that the last entry names.
+//! The first step of each change decides. When the power goes between the two steps, the next start carries out the
+//! second ([`Storage::complete`]): no change is without its entry, and no entry without its change. The last entry
+//! names the active set.
 //!
-//! What is done at a start, an upload and the changes have files of their own.
+//! The start, an upload and the changes have files of their own.
 
 mod changes;
 mod start;
@@ -39,21 +39,21 @@ const PAGE: u32 = 2_048;
 /// Start of the eight pages of sets. A change erases each of them at most once, and the log ends after 6,033 changes: no
 /// page comes to the 10,000 erasures that the data sheet (DS12288) guarantees.
 pub const ARCHIVE: u32 = 0;
-/// Where the two pages of the key begin.
+/// Start of the two pages of the key.
 pub const KEY: u32 = 8 * PAGE;
 /// The log: the rest of a bank of 128 pages. It has 6,041 places and takes 6,033 entries, see [`Log::has_room`].
 pub const LOG: Range<u32> = 10 * PAGE..128 * PAGE;
-/// How long an upload may take from its tag to its commit, ms.
+/// Longest time of an upload from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
 
-/// What a host may ask about coefficients.
+/// The requests of a host about coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Which set is active?
     ActiveSet,
     /// Bytes of the active set from this offset on.
     Read(u16),
-    /// The set so many places older than the newest.
+    /// The set that is this many places older than the newest.
     History(u8),
     /// Entries of the log from this counter on.
     Log(u32),
@@ -61,7 +61,7 @@ pub enum Command {
     Challenge,
     /// A change, with its tag.
     Change(Change, Tag),
-    /// The next piece of an upload, and where it belongs.
+    /// The next piece of an upload, and its offset.
     Chunk(u16, Chunk),
     /// Check, store, read back, activate.
     Commit,
@@ -72,9 +72,9 @@ pub enum Command {
 /// The active set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Active {
-    /// Which it is.
+    /// Its identity, number and length.
     pub set: ActiveSet,
-    /// What is in it.
+    /// Its coefficients.
     pub content: CoefficientSet,
     slot: u8,
 }
@@ -84,9 +84,9 @@ pub struct Storage<F: NorFlash> {
     flash: F,
     board: [u8; 12],
     end: End,
-    /// Entry of a change that was made and is not logged: the power went in between, or the flash failed.
+    /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
     unlogged: Option<Entry>,
-    /// Whether the archive holds sets from before the last factory reset, and no other.
+    /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
     key: Option<StoredKey>,
     active: Option<Active>,
@@ -95,7 +95,7 @@ pub struct Storage<F: NorFlash> {
 }
 
 impl<F: NorFlash> Storage<F> {
-    /// A storage of the flash of the board with this unique id; [`Self::load`] comes next.
+    /// The storage in the flash of the board with this unique id; [`Self::load`] comes next.
     pub fn new(flash: F, board: [u8; 12]) -> Self {
         Self {
             flash,
@@ -122,10 +122,11 @@ impl<F: NorFlash> Storage<F> {
         self.active.as_ref()
     }
 
-    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge, and says whether it could.
+    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge and returns whether it
+    /// succeeded.
     ///
     /// # Errors
-    /// A [`Refusal`], which says what is wrong.
+    /// A [`Refusal`], which names the problem.
     pub async fn carry_out(
         &mut self,
         command: Command,
@@ -215,7 +216,7 @@ impl<F: NorFlash> Storage<F> {
         set.ok_or(Refusal::Flash)
     }
 
-    /// Puts a stored set to use; one of another board, whose flash came here, is not.
+    /// Activates a stored set, unless it belongs to another board, which is possible when flash is copied.
     fn activate(&mut self, stored: &Stored, content: CoefficientSet) {
         self.active = (content.board == self.board).then_some(Active {
             set: ActiveSet {

@@ -1,5 +1,5 @@
-//! An upload, from the change that announces it to the set that is active: announced length and digest, pieces in order,
-//! a commit, all within [`UPLOAD_MS`].
+//! An upload, from its announcement to the active set: announced length and digest, pieces in order, a commit, all
+//! within [`UPLOAD_MS`].
 
 use embedded_storage_async::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
@@ -57,7 +57,7 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::Done)
     }
 
-    /// The upload under way, as long as its unlock lasts.
+    /// The upload under way, unless its time is over.
     fn upload(&mut self, now_ms: u64) -> Result<&mut Upload, Refusal> {
         let is_over = |upload: &mut Upload| now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS;
         if self.upload.take_if(is_over).is_some() {
