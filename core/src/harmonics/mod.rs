@@ -16,7 +16,8 @@
 //! - [`drive`]: the frequency, and the blocks to settle and to sum.
 //! - [`choice`]: the size of a block for it, and the cost of blocks.
 //! - [`table`]: sines as integers, looked up by a 64-bit phase.
-//! - [`analyser`]: the sums that the board makes while it samples, integers only, the same work for every block.
+//! - [`sums`] and [`analyser`]: the sums that the board makes while it samples, integers only, the same work for every
+//!   block.
 //! - [`replay`]: the table's values over a window, from the drive alone.
 //! - [`solution`]: from sums to harmonics, in `f64`, at report time, on the board and on the host.
 //! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
@@ -28,14 +29,16 @@ mod factor;
 pub mod replay;
 pub mod series;
 pub mod solution;
+pub mod sums;
 pub mod table;
 
-pub use analyser::{Analyser, AnalyserState, ChannelSums, Step};
+pub use analyser::{Analyser, AnalyserState};
 pub use choice::largest_block;
 pub use drive::{Drive, DriveError, increment};
 pub use replay::Replay;
 pub use series::{Series, fit_frequency};
 pub use solution::{Solver, solve, solve_channel};
+pub use sums::{ChannelSums, Step};
 
 use serde::{Deserialize, Serialize};
 

@@ -18,10 +18,10 @@
 //!
 //! [`Replay`] makes ZᵀZ and ZᵀE from the drive, so only the sums have to travel. All channels share both.
 
-use super::analyser::ChannelSums;
 use super::drive::Drive;
 use super::factor::{Column, Factor};
 use super::replay::{Replay, TRIANGLE, WAVES};
+use super::sums::ChannelSums;
 use super::table::{self, sine_cosine};
 use super::{Cofactors, HARMONICS, Harmonic, Harmonics, REGRESSORS};
 use crate::sampling::instant_s;

@@ -1,4 +1,4 @@
-//! Measures how exact the board's estimator is and prints it as one JSON document; `cargo xtask accuracy` builds and
+//! Measures the accuracy of the board's estimator and prints it as one JSON document; `cargo xtask accuracy` builds and
 //! runs it.
 //!
 //! `accuracy MAX_SCANS`

@@ -1,5 +1,5 @@
-//! Prints how long kinematics takes, as one JSON document; `cargo xtask bench kinematics` builds and runs it. With the
-//! argument `--cases` it prints the base and poses instead, for another program to solve.
+//! Prints the time that kinematics takes, as one JSON document; `cargo xtask bench kinematics` builds and runs it. With
+//! the argument `--cases` it prints the base and poses instead, for another program to solve.
 
 fn main() -> serde_json::Result<()> {
     let text = if std::env::args().any(|argument| argument == "--cases") {

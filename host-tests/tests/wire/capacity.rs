@@ -1,4 +1,4 @@
-//! The largest messages fit their frames, and the stream's needs are not understated.
+//! The largest messages fit their frames, and the stated need of a stream is not too small.
 
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::records::SetId;
@@ -9,7 +9,7 @@ use hexsense_core::wire::{
     BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose,
 };
 
-/// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
+/// The block with the most bytes: no varint is short, and no zero saves COBS a byte.
 fn largest_block(content: StreamContent, scans: usize) -> usize {
     let header = Header {
         first_scan: u64::MAX,
@@ -29,7 +29,7 @@ fn largest_block(content: StreamContent, scans: usize) -> usize {
     telemetry::encode(&header, samples, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
 }
 
-/// The pose that takes most bytes.
+/// The pose with the most bytes.
 fn largest_pose() -> usize {
     let report = PoseReport {
         first_scan: u64::MAX,
@@ -129,7 +129,7 @@ fn a_frame_gathers_no_more_than_the_line_needs() {
     assert_eq!(scans(1_000), [1, 4, 8, 16, 16]);
     assert_eq!(scans(2_000), [4, 4, 8, 16, 16]);
     assert_eq!(scans(4_000), [8, 8, 8, 16, 16]);
-    // Without samples there is nothing to gather.
+    // Without samples no frame gathers blocks.
     let pose = telemetry::scans_of_frame(contents()[4], 4_000, BlockSize::One);
     assert_eq!(pose, 1);
 }
