@@ -61,7 +61,7 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::Done)
     }
 
-    /// The upload under way, as long as its unlock lasts.
+    /// The upload under way, unless its time is over.
     fn upload(&mut self, now_ms: u64) -> Result<&mut Upload, Refusal> {
         let is_over = |upload: &mut Upload| now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS;
         if self.upload.take_if(is_over).is_some() {

@@ -1,4 +1,4 @@
-//! What each change does while the power lasts, and what is refused.
+//! Every change while the power lasts, and the refusals.
 
 use std::cell::RefCell;
 

@@ -1,257 +1,23 @@
 //! The report of a whole campaign on the twin: complete, well-formed, escaped, and small.
 
+mod evidence;
+mod page;
+
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use hexsense::FACTS;
-use hexsense_core::channel::CHANNELS;
-use hexsense_core::harmonics::Analyser;
-use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
-use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
-use hexsense_core::wire::Drive;
-use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
-use hexsense_probe::analysis::results::{Analysis, Term, analyse};
-use hexsense_probe::board_pose::Difference;
-use hexsense_probe::campaign::{BoardRecord, BoardSums, Campaign, RunRecord};
-use hexsense_probe::geometry_file::GeometryFile;
-use hexsense_probe::plan::{self, Purpose};
+use hexsense_probe::analysis::results::Term;
+use hexsense_probe::campaign::BoardRecord;
 use hexsense_probe::report::{ReportInput, Verified, render};
-use hexsense_probe::sensor_file::SensorFile;
-use host_tests::bench::{Laboratory, Movement, RATE_HZ};
+
+use evidence::Evidence;
+use page::{elements, in_caption, number, parsed, rows, words};
 
 /// A name that becomes markup wherever it is not escaped.
 const HOSTILE: &str = "<script>alert(\"1\")</script> & 'x' \u{1}";
 
-/// Everything that a verified campaign leaves behind.
-struct Evidence {
-    campaign: Campaign,
-    board: BoardRecord,
-    set: CoefficientSet,
-    runs: Vec<Run>,
-    records: Vec<RunRecord>,
-    analysis: Analysis,
-    held_out_run: Run,
-    curves: HeldOut,
-    verdicts: Vec<ChannelVerdict>,
-}
-
-impl Evidence {
-    fn gather(geometry: &str, seed: u64) -> Self {
-        let geometry = GeometryFile::load(geometry).unwrap();
-        let sensors = SensorFile::parse("papers", &twin::papers::sensor_file(seed)).unwrap();
-        let plan = plan::campaign::plan(&geometry).unwrap();
-        let mut laboratory = Laboratory::new(seed, &geometry);
-        let mut record = |run: &plan::Run| {
-            laboratory.record(&Movement::new(
-                &run.name,
-                run.program(),
-                run.rest_s,
-                &geometry,
-            ))
-        };
-        let runs: Vec<Run> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
-        let mut held_out_run = record(plan.run("held-out").unwrap());
-        let analysis = analyse(&geometry, &sensors, &runs).unwrap();
-        let set = set(&geometry, &analysis);
-        let calibrator = Calibrator::new(&set);
-        let capture = &mut held_out_run.capture;
-        let scans = capture.counts.iter().zip(&capture.supply);
-        capture.values = Some(
-            scans
-                .map(|(scan, supply)| calibrator.apply(scan, *supply))
-                .collect(),
-        );
-        let results = &analysis.results;
-        let curves = held_out(&geometry, &sensors, &held_out_run, results).unwrap();
-        let verdicts = compare(
-            &curves.reference,
-            &curves.after,
-            &curves.before,
-            results,
-            200.0,
-        );
-        let records = runs
-            .iter()
-            .chain([&held_out_run])
-            .map(|run| run_record(run, &analysis))
-            .collect();
-        let board = BoardRecord {
-            board: "01626f617264ff0075696432".to_owned(),
-            hardware: "NUCLEO-G474RE, STM32G474RE".to_owned(),
-            firmware: "0.1.0".to_owned(),
-            wire: 1,
-            facts: FACTS,
-        };
-        let campaign = Campaign {
-            folder: PathBuf::from("campaign"),
-            plan,
-            geometry,
-            sensors,
-        };
-        Self {
-            campaign,
-            board,
-            set,
-            runs,
-            records,
-            analysis,
-            held_out_run,
-            curves,
-            verdicts,
-        }
-    }
-
-    fn unverified(&self) -> ReportInput<'_> {
-        ReportInput {
-            campaign: &self.campaign,
-            board: &self.board,
-            set: &self.set,
-            runs: &self.runs,
-            records: &self.records,
-            analysis: &self.analysis,
-            verified: None,
-        }
-    }
-
-    fn verified(&self) -> ReportInput<'_> {
-        let verified = Verified {
-            run: &self.held_out_run,
-            curves: &self.curves,
-            verdicts: &self.verdicts,
-            poses: Difference {
-                poses: 1886,
-                largest_m: 2.46e-7,
-                largest_rad: 1.14e-7,
-                scan: 29_824,
-            },
-        };
-        ReportInput {
-            verified: Some(verified),
-            ..self.unverified()
-        }
-    }
-}
-
-fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
-    CoefficientSet {
-        board: *b"\x01board\xff\x00uid2",
-        geometry: geometry.name.as_str().try_into().unwrap(),
-        geometry_hash: *geometry.hash.first_chunk().unwrap(),
-        unix_s: 1_780_000_000,
-        temperature_c: 27.2,
-        provenance: [0xa5; 32],
-        triads: analysis.triads,
-        base: MotionBase::new(&geometry.geometry),
-        jacks: JackCoefficients {
-            zero_length_m: 2.75,
-            zero_counts: [32_768.0; 6],
-            metres_per_count: [2e-5; 6],
-        },
-    }
-}
-
-/// A record as the host writes it, with the sums that a board would have kept over the estimate.
-fn run_record(run: &Run, analysis: &Analysis) -> RunRecord {
-    let condensed = &analysis.condensed;
-    let mut sweeps = condensed.turns.iter().chain([&condensed.heave]);
-    let sweep = sweeps.find(|sweep| sweep.name == run.name);
-    let board_sums = sweep.into_iter().map(|sweep| {
-        let first = (sweep.first - 100) / BLOCK * BLOCK;
-        let drive = Drive {
-            increment: (sweep.sine.frequency_hz / f64::from(RATE_HZ) * 2f64.powi(64)) as u64,
-            block: BlockSize::default(),
-            settle_blocks: (first / BLOCK) as u32,
-            blocks: (sweep.length_s * f64::from(RATE_HZ) / BLOCK as f64) as u32,
-        };
-        let mut analyser = Analyser::new();
-        analyser.start(drive);
-        let blocks = run.capture.counts.as_chunks::<BLOCK>().0.iter();
-        for (block, first_scan) in blocks.zip(run.capture.scans.iter().step_by(BLOCK)) {
-            analyser.take(&BlockSums::of_scans(block, *first_scan));
-        }
-        let report = |channel| analyser.report(channel).unwrap();
-        let channels: [_; CHANNELS] = std::array::from_fn(|channel| report(channel).2);
-        BoardSums {
-            drive,
-            first_scan: report(0).1,
-            channels,
-        }
-    });
-    RunRecord {
-        run: run.name.clone(),
-        program_sha256: "5e".repeat(32),
-        rate_hz: RATE_HZ,
-        onset_scan: None,
-        scans: run.capture.scans.len() as u64,
-        scans_lost: 0,
-        block: BlockSize::default(),
-        set: None,
-        board_sums: board_sums.collect(),
-    }
-}
-
-/// The report as XML, which it is too; panics where it is not well-formed.
-fn parsed(html: &str) -> roxmltree::Document<'_> {
-    let options = roxmltree::ParsingOptions {
-        allow_dtd: true,
-        ..Default::default()
-    };
-    roxmltree::Document::parse_with_options(html, options).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn elements<'a>(document: &'a roxmltree::Document, name: &'a str) -> Vec<roxmltree::Node<'a, 'a>> {
-    document
-        .descendants()
-        .filter(|node| node.has_tag_name(name))
-        .collect()
-}
-
-fn words(node: roxmltree::Node) -> String {
-    node.descendants()
-        .filter(|node| node.is_text())
-        .filter_map(|node| node.text())
-        .collect()
-}
-
 /// One campaign serves all tests.
 static EVIDENCE: LazyLock<Evidence> = LazyLock::new(|| Evidence::gather("an-74tk-200", 1));
-
-/// Cells of all rows that begin with `name`, table by table.
-fn rows(document: &roxmltree::Document, name: &str) -> Vec<Vec<String>> {
-    let rows = elements(document, "tr").into_iter().map(|row| {
-        row.children()
-            .filter(|cell| cell.has_tag_name("td"))
-            .map(words)
-            .collect::<Vec<_>>()
-    });
-    rows.filter(|cells| cells.first().is_some_and(|first| first == name))
-        .collect()
-}
-
-fn number(cell: &str) -> f64 {
-    let plain: String = cell.chars().filter(|c| !c.is_whitespace()).collect();
-    plain
-        .replace('−', "-")
-        .parse()
-        .unwrap_or_else(|_| panic!("{cell:?} is no number"))
-}
-
-/// The numbers between `before` and `after` in the caption that begins with `start`.
-fn in_caption(captions: &[String], start: &str, before: &str, after: &str) -> Vec<f64> {
-    let caption = captions
-        .iter()
-        .find(|caption| caption.contains(start))
-        .expect(start);
-    let part = caption
-        .split_once(before)
-        .expect(before)
-        .1
-        .split_once(after)
-        .expect(after)
-        .0;
-    part.split(',').map(number).collect()
-}
 
 #[test]
 fn every_figure_and_table_of_the_method_is_there_and_nothing_is_loaded() {
@@ -482,7 +248,7 @@ fn names_from_files_cannot_become_markup() {
         hardware: format!("hardware {HOSTILE}"),
         firmware: format!("firmware {HOSTILE}"),
         wire: 1,
-        facts: FACTS,
+        facts: hexsense::FACTS,
     };
     let mut analysis = EVIDENCE.analysis.clone();
     analysis.condensed.heave.name = format!("run {HOSTILE}");
