@@ -5,10 +5,11 @@
 //!
 //! | room | what happens there |
 //! |---|---|
-//! | [`kinematics`] | jack lengths ↔ pose of the platform, and their rates |
+//! | [`kinematics`] | jack lengths ↔ pose of the platform |
 //! | [`excitation`] | program signals, turned into six jack programs |
 //! | [`channel`] | the fifteen channels of a scan and their order |
 //! | [`sampling`] | counts → calibrated values, in fixed time |
+//! | [`transducers`] | jack counts → jack lengths |
 //! | [`live_pose`] | jack counts → the board's own pose |
 //! | [`live_motion`] | harmonics of the jacks → amplitude of the pose, and calibration factors |
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
@@ -37,4 +38,5 @@ pub mod live_pose;
 pub mod records;
 pub mod sampling;
 pub mod storage;
+pub mod transducers;
 pub mod wire;

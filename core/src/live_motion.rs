@@ -71,13 +71,13 @@ fn amplitudes(
     jacks: &[Harmonics; JACKS],
     supply: f32,
 ) -> Result<[f64; COORDINATES], ForwardError<f32>> {
-    let solver = tracker.solver();
-    let lengths = |counts| tracker.lengths_of(&counts, supply);
+    let (solver, transducers) = (tracker.solver(), tracker.transducers());
     let mut harmonics = [Harmonic::default(); COORDINATES];
     for point in 0..POINTS {
         let waves = Waves::at(point * (u32::MAX / POINTS + 1));
         let counts = jacks.each_ref().map(|jack| value(jack, &waves));
-        let pose = solver.solve(&lengths(counts))?.pose;
+        let lengths = transducers.lengths_of_doubles_m(&counts, supply);
+        let pose = solver.solve(&lengths)?.pose;
         let cosine = f64::from(waves.cosine[0]) / f64::from(ONE);
         let sine = f64::from(waves.sine[0]) / f64::from(ONE);
         for (harmonic, value) in harmonics.iter_mut().zip(coordinates(&pose)) {

@@ -2,7 +2,7 @@
 
 use hexsense_core::channel::INERTIAL;
 use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::belief::Belief;
+use hexsense_probe::analysis::assumptions::Assumptions;
 use hexsense_probe::analysis::campaign::Campaign;
 use hexsense_probe::analysis::condense::Sweep;
 use hexsense_probe::analysis::results::Results;
@@ -127,7 +127,7 @@ fn the_stated_jack_noise_is_the_scatter_of_the_gains_under_noisy_jacks() {
     let (site, base) = (Site::new(BASE), GeometryFile::load(BASE).unwrap());
     let (runs, papers) = (site.record(5), sensor_file(5));
     let sensors = SensorFile::parse("papers", &papers).unwrap();
-    let belief = Belief::new(&base, &sensors);
+    let assumptions = Assumptions::new(&base, &sensors);
     let draw = |seed: u64| {
         let mut noisy = runs.clone();
         disturb(&mut noisy, 600.0, seed);
@@ -135,7 +135,7 @@ fn the_stated_jack_noise_is_the_scatter_of_the_gains_under_noisy_jacks() {
     };
     let gains = (0..DRAWS).map(|seed| {
         let campaign = Campaign::new(&base, &sensors, &draw(seed)).unwrap();
-        campaign.condensed.estimate(&belief).unwrap().fits[0].matrix[(0, 0)]
+        campaign.condensed.estimate(&assumptions).unwrap().fits[0].matrix[(0, 0)]
     });
     let gains: Vec<f64> = gains.collect();
     let mean = gains.iter().sum::<f64>() / gains.len() as f64;

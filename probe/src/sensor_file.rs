@@ -10,7 +10,11 @@
 use std::path::Path;
 
 use hexsense_core::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
-use hexsense_core::channel::{COUNTS_AT_SUPPLY, Triad};
+use hexsense_core::calibration::truth::Site;
+use hexsense_core::channel::{COUNTS_AT_SUPPLY, JACKS, Triad};
+use hexsense_core::kinematics::Geometry;
+use hexsense_core::transducers::Transducers;
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::files::{self, FileError};
@@ -240,12 +244,25 @@ impl SensorFile {
         f64::from(COUNTS_AT_SUPPLY) / self.supply_v
     }
 
-    /// Nominal displacement of a jack from mid-stroke, m, at `counts` (supply factor applied) and a stroke of
-    /// `stroke_m`.
+    /// The jack transducers on a base, as their data sheet promises them: at mid-stroke they read `zero_volts`.
     #[must_use]
-    pub fn jack_displacement_m(&self, counts: f64, stroke_m: f64) -> f64 {
-        (counts / self.counts_per_volt() - self.jacks.zero_volts) * stroke_m
-            / self.jacks.full_stroke_volts
+    pub fn transducers(&self, geometry: &Geometry<f64>) -> Transducers<f64> {
+        let stroke_m = geometry.length_max_m() - geometry.length_min_m();
+        let counts_per_volt = self.counts_per_volt();
+        Transducers {
+            zero_length_m: (geometry.length_min_m() + geometry.length_max_m()) / 2.0,
+            zero_counts: [self.jacks.zero_volts * counts_per_volt; JACKS],
+            metres_per_count: [stroke_m / self.jacks.full_stroke_volts / counts_per_volt; JACKS],
+        }
+    }
+
+    /// Where the sensor block stands, and gravity there.
+    #[must_use]
+    pub fn site(&self) -> Site {
+        Site {
+            lever_arm_m: Vector3::from(self.lever_arm_m),
+            gravity_m_s2: self.gravity.m_s2,
+        }
     }
 }
 

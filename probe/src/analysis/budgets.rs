@@ -1,7 +1,8 @@
 //! Uncertainty budgets of everything that a campaign finds.
 //!
-//! The estimate is repeated under each doubt; the change of each result is that doubt's term (GUM 5.1.3, note 2).
-//! What is random, the sensors' noise and wandering, comes from the fits' covariances.
+//! The estimate is repeated under each perturbation of the assumptions; the change of each result is that
+//! perturbation's term (GUM 5.1.3, note 2). What is random, the sensors' noise and wandering, comes from the
+//! covariances of the fits.
 
 use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
 use hexsense_core::calibration::triad::Hold;
@@ -10,9 +11,10 @@ use hexsense_core::excitation::DegreeOfFreedom;
 use nalgebra::Vector3;
 
 use super::AnalysisError;
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::condense::{Rest, Sweep};
-use super::estimate::{Condensed, Estimate, pose_harmonics, rest_truth, triad_counts};
+use super::estimate::{Condensed, Estimate, triad_counts};
+use super::poses::{pose_harmonics, rest_truth};
 use super::settling::Settling;
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -33,21 +35,27 @@ pub struct Budgets {
 }
 
 impl Budgets {
-    /// Repeats the estimate under every doubt and adds noise and bandwidth.
+    /// Repeats the estimate under every perturbation and adds noise and bandwidth.
     ///
     /// # Errors
-    /// [`AnalysisError`] when an estimate fails under a doubt.
+    /// [`AnalysisError`] when an estimate fails under a perturbation.
     pub fn new(
         condensed: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
         base: &GeometryFile,
         sensors: &SensorFile,
     ) -> Result<Self, AnalysisError> {
         let mut budgets = Self::default();
-        for doubt in belief.doubts(base, sensors) {
-            let changed = condensed.estimate(&doubt.belief)?;
-            budgets.add_change(doubt.cause, doubt.shape, [1.0; 3], estimate, &changed);
+        for perturbation in assumptions.perturbations(base, sensors) {
+            let changed = condensed.estimate(&perturbation.assumptions)?;
+            budgets.add_change(
+                perturbation.cause,
+                perturbation.shape,
+                [1.0; 3],
+                estimate,
+                &changed,
+            );
         }
         for (budget, noise_m) in budgets
             .lever_arm
@@ -57,11 +65,11 @@ impl Budgets {
             budget.add(Cause::SensorNoise, Shape::Normal, *noise_m);
         }
         for sweep in std::iter::once(&condensed.heave).chain(&condensed.turns) {
-            budgets.add_jack_noise(sweep, condensed.rate_hz, belief, estimate)?;
+            budgets.add_jack_noise(sweep, condensed.rate_hz, assumptions, estimate)?;
         }
-        budgets.add_jack_noise_at_rest(condensed, belief, estimate)?;
+        budgets.add_jack_noise_at_rest(condensed, assumptions, estimate)?;
         for triad in Triad::ALL {
-            budgets.add_noise(triad, condensed, estimate, belief);
+            budgets.add_noise(triad, condensed, estimate, assumptions);
             budgets.add_bandwidth(triad, condensed, estimate, sensors);
             budgets.add_delay(triad, estimate, sensors);
         }
@@ -86,7 +94,7 @@ impl Budgets {
     ) {
         let felt = parts[Triad::LinearAcceleration.index()];
         let arm = (changed.lever_arm_m - estimate.lever_arm_m) * felt;
-        // The value at rest at home is the specific force that was believed there, whatever the gain.
+        // The value at rest at home is the specific force that was assumed there, whatever the gain.
         let home = (changed.home - estimate.home) * felt;
         for axis in 0..3 {
             self.lever_arm[axis].add(cause, shape, arm[axis]);
@@ -111,13 +119,13 @@ impl Budgets {
         triad: Triad,
         condensed: &Condensed,
         estimate: &Estimate,
-        belief: &Belief,
+        assumptions: &Assumptions,
     ) {
         let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
         let (noise, zero) = (&condensed.noise[index], &condensed.zero);
         let deviations = fit.matrix_noise();
         let gravity = if triad == Triad::LinearAcceleration {
-            belief.site.gravity_m_s2
+            assumptions.site.gravity_m_s2
         } else {
             0.0
         };
@@ -146,13 +154,13 @@ impl Budgets {
     fn add_jack_noise_at_rest(
         &mut self,
         condensed: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
     ) -> Result<(), AnalysisError> {
-        let (linear, holds) = (Triad::LinearAcceleration, condensed.holds(belief)?);
-        let heave = condensed.truth(&condensed.heave, belief)?;
-        let [lifted, ..] = condensed.sine_runs(&heave, &[], belief);
-        let at_rest = triad_counts(&condensed.zero.counts, linear, belief);
+        let (linear, holds) = (Triad::LinearAcceleration, condensed.holds(assumptions)?);
+        let heave = condensed.truth(&condensed.heave, assumptions)?;
+        let [lifted, ..] = condensed.sine_runs(&heave, &[], assumptions);
+        let at_rest = triad_counts(&condensed.zero.counts, linear, assumptions);
         let mut add = |holds: &[Hold], home: Vector3<f64>| -> Result<(), AnalysisError> {
             let fit = condensed.fit(linear, holds, &lifted)?;
             let mut changed = estimate.clone();
@@ -172,7 +180,7 @@ impl Budgets {
             let noisy = |rest: &Rest, run: &str| {
                 let mut rest = rest.clone();
                 rest.counts[INERTIAL + jack] += rest.jack_noise[jack];
-                rest_truth(belief, &rest, run)
+                rest_truth(assumptions, &rest, run)
             };
             add(&holds, noisy(&condensed.zero, "zero")?)?;
             let runs = condensed.hold_runs.iter();
@@ -191,11 +199,11 @@ impl Budgets {
         &mut self,
         sweep: &Sweep,
         rate_hz: u32,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
     ) -> Result<(), AnalysisError> {
         let driven = sweep.freedom as usize;
-        let fit = &pose_harmonics(sweep, rate_hz, belief)?[driven];
+        let fit = &pose_harmonics(sweep, rate_hz, assumptions)?[driven];
         let amplitude = fit.first().amplitude();
         let triads: &[Triad] = match sweep.freedom.is_rotation() {
             true => &[Triad::AngularAcceleration, Triad::AngularRate],

@@ -12,10 +12,10 @@ use hexsense_core::sampling::instant_s;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::condense::Counts;
-use super::estimate::Poses;
 use super::filter::zero_phase_low_pass;
+use super::poses::Poses;
 use super::results::Results;
 use super::{AnalysisError, Run};
 use crate::geometry_file::GeometryFile;
@@ -233,8 +233,8 @@ fn reference(
     results: &Results,
     jacks: &[[f64; JACKS]],
 ) -> Result<Signals, AnalysisError> {
-    let belief = Belief::new(base, sensors);
-    let mut poses = Poses::new(&belief, &run.name)?;
+    let assumptions = Assumptions::new(base, sensors);
+    let mut poses = Poses::new(&assumptions, &run.name)?;
     let mut coordinates: [Vec<f64>; 6] = Default::default();
     for counts in jacks {
         let pose = poses.next(counts)?;
@@ -256,7 +256,7 @@ fn reference(
         &attitude,
         &Site {
             lever_arm_m,
-            ..belief.site
+            ..assumptions.site
         },
     ))
 }

@@ -12,7 +12,7 @@ use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::AnalysisError;
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::estimate::{Condensed, Estimate, felt};
 
 /// Error of the arm that is let pass, m.
@@ -54,14 +54,14 @@ impl SecondHarmonic {
 pub fn second_harmonics(
     condensed: &Condensed,
     estimate: &Estimate,
-    belief: &Belief,
+    assumptions: &Assumptions,
 ) -> Result<Vec<SecondHarmonic>, AnalysisError> {
     let fit = &estimate.fits[Triad::LinearAcceleration.index()];
     let mut all = Vec::new();
     for sweep in &condensed.turns {
-        let truth = condensed.truth(sweep, belief)?;
+        let truth = condensed.truth(sweep, assumptions)?;
         let [_, predicted] = truth.specific_force(&estimate.lever_arm_m);
-        let measured = felt(sweep, fit, belief, 2);
+        let measured = felt(sweep, fit, assumptions, 2);
         let per_metre = truth.arm_force.iter().flat_map(|force| force[1]);
         let per_metre = per_metre.map(Complex::norm).fold(0.0, f64::max);
         for axis in 0..3 {

@@ -5,12 +5,13 @@ use hexsense_core::channel::{INERTIAL, NAMES, Triad};
 use hexsense_core::records::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::budgets::Budgets;
 use super::campaign::Campaign;
 use super::condense::Sweep;
-use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
+use super::estimate::{Condensed, Estimate};
 use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
+use super::poses::{complex, pose_harmonics};
 use super::settling::Settling;
 use super::{AnalysisError, Run};
 use crate::geometry_file::GeometryFile;
@@ -109,7 +110,7 @@ pub struct Results {
 pub struct Analysis {
     /// Condensed runs.
     pub condensed: Condensed,
-    /// Estimate under the files' belief.
+    /// Estimate under the files' assumptions.
     pub estimate: Estimate,
     /// Results with uncertainties.
     pub results: Results,
@@ -127,18 +128,18 @@ pub fn analyse(
     runs: &[Run],
 ) -> Result<Analysis, AnalysisError> {
     let Campaign { condensed, later } = Campaign::new(base, sensors, runs)?;
-    let belief = Belief::new(base, sensors);
-    let estimate = condensed.estimate(&belief)?;
-    let mut budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
-    let settling = Settling::new(&condensed, &estimate, &later, &belief)?;
+    let assumptions = Assumptions::new(base, sensors);
+    let estimate = condensed.estimate(&assumptions)?;
+    let mut budgets = Budgets::new(&condensed, &assumptions, &estimate, base, sensors)?;
+    let settling = Settling::new(&condensed, &estimate, &later, &assumptions)?;
     budgets.add_settling(&settling, &estimate);
     let channels = (0..INERTIAL)
         .map(|channel| channel_result(channel, &condensed, &estimate, &budgets, sensors));
     let sweeps = std::iter::once(&condensed.heave).chain(&condensed.turns);
     let motion = sweeps
-        .map(|sweep| response(sweep, condensed.rate_hz, &belief))
+        .map(|sweep| response(sweep, condensed.rate_hz, &assumptions))
         .collect::<Result<_, _>>()?;
-    let second_harmonics = second_harmonics(&condensed, &estimate, &belief)?;
+    let second_harmonics = second_harmonics(&condensed, &estimate, &assumptions)?;
     let found = core::array::from_fn(|axis| {
         let standard = budgets.lever_arm[axis].combined();
         (estimate.lever_arm_m[axis], standard)
@@ -241,8 +242,12 @@ fn stored(triad: Triad, estimate: &Estimate, budgets: &Budgets) -> TriadCoeffici
 }
 
 /// How the base followed a sine: first harmonic of the driven coordinate against the command.
-fn response(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<Response, AnalysisError> {
-    let fit = &pose_harmonics(sweep, rate_hz, belief)?[sweep.freedom as usize];
+fn response(
+    sweep: &Sweep,
+    rate_hz: u32,
+    assumptions: &Assumptions,
+) -> Result<Response, AnalysisError> {
+    let fit = &pose_harmonics(sweep, rate_hz, assumptions)?[sweep.freedom as usize];
     let first = complex(&fit.first());
     // The command A·sin(2πf(t − onset)) at the first scan of the estimate, as a complex amplitude.
     let into_s = sweep.first as f64 / f64::from(rate_hz) - sweep.onset_s;

@@ -23,7 +23,7 @@ use hexsense_core::channel::Triad;
 use nalgebra::Complex;
 
 use super::AnalysisError;
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::condense::Sweep;
 use super::estimate::{Condensed, Estimate};
 
@@ -44,22 +44,26 @@ impl Settling {
         whole: &Condensed,
         estimate: &Estimate,
         later: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
     ) -> Result<Self, AnalysisError> {
         let mut all: [Disagreement; 3] = Default::default();
         let linear = Triad::LinearAcceleration.index();
         let model = |triad: usize| (&estimate.fits[triad], &whole.noise[triad]);
-        for (whole, later) in whole.holds(belief)?.iter().zip(later.holds(belief)?) {
+        for (whole, later) in whole
+            .holds(assumptions)?
+            .iter()
+            .zip(later.holds(assumptions)?)
+        {
             all[linear].add_hold(whole, &later, model(linear));
         }
-        let runs = sine_runs(whole, belief)?.into_iter();
-        for (triad, (whole, later)) in runs.zip(sine_runs(later, belief)?).enumerate() {
+        let runs = sine_runs(whole, assumptions)?.into_iter();
+        for (triad, (whole, later)) in runs.zip(sine_runs(later, assumptions)?).enumerate() {
             for (whole, later) in whole.iter().zip(&later) {
                 all[triad].add_sine(whole, later, model(triad));
             }
         }
         Ok(Self {
-            later: later.estimate(belief)?,
+            later: later.estimate(assumptions)?,
             share: all.map(|disagreement| disagreement.share()),
         })
     }
@@ -68,15 +72,18 @@ impl Settling {
 /// A sine run and the time of its phase zero, s from the start of the capture.
 type Timed = (SineRun, f64);
 
-fn sine_runs(condensed: &Condensed, belief: &Belief) -> Result<[Vec<Timed>; 3], AnalysisError> {
-    let heave = condensed.truth(&condensed.heave, belief)?;
+fn sine_runs(
+    condensed: &Condensed,
+    assumptions: &Assumptions,
+) -> Result<[Vec<Timed>; 3], AnalysisError> {
+    let heave = condensed.truth(&condensed.heave, assumptions)?;
     let turns: Vec<SineTruth> = condensed
         .turns
         .iter()
-        .map(|sweep| condensed.truth(sweep, belief))
+        .map(|sweep| condensed.truth(sweep, assumptions))
         .collect::<Result<_, _>>()?;
     let start_s = |sweep: &Sweep| sweep.first as f64 / f64::from(condensed.rate_hz);
-    let [lifted, angular, rate] = condensed.sine_runs(&heave, &turns, belief);
+    let [lifted, angular, rate] = condensed.sine_runs(&heave, &turns, assumptions);
     let timed = |runs: Vec<SineRun>, sweeps: &[Sweep]| -> Vec<Timed> {
         runs.into_iter().zip(sweeps.iter().map(start_s)).collect()
     };

@@ -10,7 +10,7 @@ use super::broken_off::typed;
 use super::runs::{self, Job};
 use super::{report, session};
 use crate::analysis;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
@@ -74,7 +74,7 @@ impl Calibrate {
         let (campaign, begun) = self.campaign()?;
         campaign.check_complete()?;
         let base = MotionBase::new(&campaign.geometry.geometry);
-        let jacks = Belief::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
+        let jacks = Assumptions::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
         // The board must be able to use them; that is seen before anything moves.
         base.geometry().and_then(|_| jacks.check())?;
         let coefficients = campaign.folder.join("coefficients.toml");

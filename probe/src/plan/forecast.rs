@@ -1,7 +1,7 @@
 //! What the planned movement can determine, and how well, before anything moves.
 //!
 //! The plan is recorded on an [ideal bench](super::ideal), and the analysis of real captures is run on that: the same
-//! fits, the same doubts about hinges, jacks, converter, clock and lever arm, the data sheet's noise and wandering.
+//! fits, the same perturbations of hinges, jacks, converter, clock and lever arm, the data sheet's noise and wandering.
 //! What comes out is the budget that the campaign will have if base and sensors are as good as their files promise.
 //!
 //! Beside it stands what no file promises: how far a gain moves when the base tilts [`TILT_ERROR_DEG`] further on the
@@ -20,7 +20,7 @@ use super::ideal::{Ideal, RATE_HZ};
 use super::needs::{self, sine_of};
 use super::{Plan, Purpose, Run};
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::budgets::Budgets;
 use crate::analysis::condense::{Counts, HoldRun, Rest, Sweep, hold_run, sweep};
 use crate::analysis::estimate::{Condensed, Estimate};
@@ -80,10 +80,10 @@ pub fn forecast(
     }
     let ideal = Ideal { base, sensors };
     let condensed = condense(&runs, ideal, 0.0)?;
-    let belief = Belief::new(base, sensors);
-    let estimate = condensed.estimate(&belief)?;
-    let budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
-    let tilted = condense(&runs, ideal, TILT_ERROR_DEG.to_radians())?.estimate(&belief)?;
+    let assumptions = Assumptions::new(base, sensors);
+    let estimate = condensed.estimate(&assumptions)?;
+    let budgets = Budgets::new(&condensed, &assumptions, &estimate, base, sensors)?;
+    let tilted = condense(&runs, ideal, TILT_ERROR_DEG.to_radians())?.estimate(&assumptions)?;
     let gains: Vec<Gain> = (0..INERTIAL)
         .map(|channel| gain(channel, &estimate, &tilted, &budgets))
         .collect();
@@ -179,7 +179,7 @@ fn no_heave(zero: &Rest) -> Sweep {
     Sweep {
         name: "heave".to_owned(),
         freedom: DegreeOfFreedom::Heave,
-        // Without a frequency the sensors' bandwidth leaves nothing in doubt.
+        // Without a frequency the sensors' bandwidth adds no uncertainty.
         sine: Sine {
             frequency_hz: 0.0,
             ..Sine::of_periods(0.0, HZ, 2, 3)

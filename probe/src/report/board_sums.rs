@@ -12,7 +12,7 @@ use super::board_gain::{BoardGain, gains};
 use super::number::{align, fixed, rounded, significant};
 use super::page::{Page, row, text};
 use super::signals::driven;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
 use crate::analysis::{AnalysisError, Run};
 use crate::campaign::BoardSums;
@@ -32,12 +32,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         "The board sums every channel at the programmed drive frequency while it samples. Its amplitudes stand beside \
          those that the host fits to the recorded scans, at the frequency that it finds and over a window of its own.",
     );
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
     let mut rows = Vec::new();
     for sweep in input.sweeps() {
         let of_sweep = recorded.iter().filter(|(run, _)| run.name == sweep.name);
         for (run, sums) in of_sweep {
-            rows.extend(compare(sweep, sums, run, &belief)?);
+            rows.extend(compare(sweep, sums, run, &assumptions)?);
         }
     }
     amplitudes(page, &rows);
@@ -70,10 +70,10 @@ fn compare<'a>(
     sweep: &'a Sweep,
     sums: &BoardSums,
     run: &Run,
-    belief: &Belief,
+    assumptions: &Assumptions,
 ) -> Result<Vec<Comparison<'a>>, AnalysisError> {
     let supply = mean_supply(run, sums);
-    let Some(gains) = gains(&run.name, sums, run.rate_hz, supply, belief)? else {
+    let Some(gains) = gains(&run.name, sums, run.rate_hz, supply, assumptions)? else {
         return Ok(Vec::new());
     };
     let channels = driven(sweep)

@@ -10,7 +10,7 @@ use super::number::fixed;
 use super::page::{Page, text};
 use super::scale::Scale;
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 
 const LEFT: f64 = 66.0;
 const GAP: f64 = 62.0;
@@ -31,8 +31,8 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          gravity on a tilted base; most of what is known of its sensitivity comes from the heave sine.",
     );
     let condensed = &input.analysis.condensed;
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
-    let holds = condensed.holds(&belief)?;
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
+    let holds = condensed.holds(&assumptions)?;
     let names: Vec<&str> = condensed
         .hold_runs
         .iter()

@@ -79,8 +79,8 @@ fn root_mean_square(points: &[Point]) -> f64 {
 }
 
 fn tracks(input: &ReportInput, run: &Run, onset_s: f64) -> Result<[Track; JACKS], AnalysisError> {
-    let (base, sensors) = (&input.campaign.geometry.geometry, &input.campaign.sensors);
-    let stroke_m = base.length_max_m() - base.length_min_m();
+    let base = &input.campaign.geometry.geometry;
+    let transducers = input.campaign.sensors.transducers(base);
     let counts = Counts::new(run)?;
     let rate = f64::from(run.rate_hz);
     let scan = |time_s: f64| ((onset_s + time_s) * rate).max(0.0) as usize;
@@ -94,7 +94,7 @@ fn tracks(input: &ReportInput, run: &Run, onset_s: f64) -> Result<[Track; JACKS]
     let group = group_of(range.len(), POINTS, rate);
     Ok(std::array::from_fn(|jack| {
         let registered = counts.channel(INERTIAL + jack);
-        let mm = |scan: usize| 1e3 * sensors.jack_displacement_m(registered[scan], stroke_m);
+        let mm = |scan: usize| 1e3 * transducers.displacement_m(jack, registered[scan]);
         let points = |y: &dyn Fn(usize) -> f64| -> Vec<Point> {
             range.clone().map(|scan| (time_s(scan), y(scan))).collect()
         };

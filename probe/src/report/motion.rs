@@ -11,9 +11,9 @@ use super::page::{Page, row, text};
 use super::pair::{Curve, Pair};
 use super::scale::Scale;
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
-use crate::analysis::estimate::Poses;
+use crate::analysis::poses::Poses;
 use crate::analysis::results::Response;
 
 const COLUMNS: usize = 2;
@@ -36,10 +36,10 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          base does not show in the phase.",
     );
     table(page, &input.analysis.results.motion);
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
     let paths = input
         .sweeps()
-        .map(|sweep| Path::new(sweep, input, &belief))
+        .map(|sweep| Path::new(sweep, input, &assumptions))
         .collect::<Result<Vec<_>, _>>()?;
     page.figure(
         "Command and measured pose over the estimate, in the degree of freedom driven, and below each, pose minus \
@@ -112,12 +112,16 @@ struct Path {
 }
 
 impl Path {
-    fn new(sweep: &Sweep, input: &ReportInput, belief: &Belief) -> Result<Self, AnalysisError> {
+    fn new(
+        sweep: &Sweep,
+        input: &ReportInput,
+        assumptions: &Assumptions,
+    ) -> Result<Self, AnalysisError> {
         let base = &input.campaign.geometry.geometry;
         let home = coordinates(&base.home())[sweep.freedom as usize];
         let rate = f64::from(input.analysis.condensed.rate_hz);
         let (factor, ..) = unit(sweep.freedom.is_rotation());
-        let mut poses = Poses::new(belief, &sweep.name)?;
+        let mut poses = Poses::new(assumptions, &sweep.name)?;
         let (mut command, mut pose, mut error) = (Vec::new(), Vec::new(), Vec::new());
         for (group, counts) in sweep.jacks.iter().enumerate() {
             let middle = group as f64 * sweep.group as f64 + (sweep.group as f64 - 1.0) / 2.0;

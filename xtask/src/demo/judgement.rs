@@ -114,14 +114,11 @@ fn place(
     seen: &HeldOut,
     log: &TruthLog,
 ) -> anyhow::Result<Alignment> {
-    let geometry = &campaign.geometry.geometry;
-    let stroke_m = geometry.length_max_m() - geometry.length_min_m();
-    let displacement_m = |counts| campaign.sensors.jack_displacement_m(counts, stroke_m);
-    let rows: Vec<[f64; JACKS]> = seen
-        .jacks
-        .iter()
-        .map(|row| row.map(displacement_m))
-        .collect();
+    let transducers = campaign.sensors.transducers(&campaign.geometry.geometry);
+    let displacements_m = |counts: &[f64; JACKS]| {
+        std::array::from_fn(|jack| transducers.displacement_m(jack, counts[jack]))
+    };
+    let rows: Vec<[f64; JACKS]> = seen.jacks.iter().map(displacements_m).collect();
     align(&rows, seen.group as f64 / f64::from(run.rate_hz), log)
 }
 

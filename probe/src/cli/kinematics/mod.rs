@@ -1,37 +1,32 @@
 //! `hexsense kinematics`: jack lengths from poses and poses from jack lengths, table to table.
 //!
+//! - [`lengths`], [`poses`]: the two commands.
 //! - [`table`]: the CSV that goes in and out.
 //! - [`rows`]: all cores at once, or row after row.
 //!
 //! A pose is six numbers, `x,y,z,roll,pitch,yaw` (m, rad), in the axes and with the angles of a [`Convention`]. With
-//! `zyx` and `xyz` those axes have z up, as those of a geometry file with `axes = "z-up"`: what such files and tables
-//! say is neither turned on the way in nor on the way out. The files behind them are in the frames of the core.
+//! `zyx` and `xyz` those axes have z up, as those of a geometry file with `axes = "z-up"`. The tool turns neither the
+//! numbers of such files nor those of such tables. Other files are in the frames of the core.
 
+mod lengths;
+mod poses;
 mod rows;
 mod table;
 
 use std::io::{self, BufWriter, Write};
 use std::num::NonZero;
-use std::path::PathBuf;
 use std::thread;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use hexsense_core::kinematics::{
-    Angles, Convention, ForwardError, Options, Pose, Solution, Solver, Tracker, inverse,
-};
+use hexsense_core::kinematics::{Angles, Convention, Pose};
 use nalgebra::Vector3;
 
-use super::arguments::Base;
-use crate::files::FileError;
-use crate::geometry_file::GeometryFile;
-use table::{Columns, Lines, Row};
+use lengths::Lengths;
+use poses::Poses;
 
 const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
-const LEGS: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
-/// Columns beside the pose that a solution prints.
-const SOLUTION: [&str; 3] = ["residual", "condition", "iterations"];
-
+const LENGTHS: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
 /// Compute jack lengths from poses, or poses from jack lengths.
 ///
 /// Tables are CSV. With a header the columns are found by their names and others are passed over, so that what one of
@@ -45,40 +40,9 @@ pub struct Kinematics {
 
 #[derive(Subcommand)]
 enum Task {
-    Legs(Legs),
+    #[command(alias = "legs")]
+    Lengths(Lengths),
     Pose(Poses),
-}
-
-/// Print the jack lengths l1 to l6 (hinge to hinge, m) of poses; whether they lie inside the stroke is not asked.
-#[derive(Args)]
-struct Legs {
-    #[command(flatten)]
-    base: Base,
-    /// Table of poses x,y,z,roll,pitch,yaw (m, rad); - reads standard input
-    #[arg(long, value_name = "FILE")]
-    poses: PathBuf,
-    #[command(flatten)]
-    writing: Writing,
-}
-
-/// Print the poses that have given jack lengths.
-///
-/// Printed are x,y,z,roll,pitch,yaw (m, rad), residual (the greatest difference between a length asked for and that of
-/// the pose, m), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores, each from
-/// the pose before it or, where that is far away, from home; in blocks of 1024 rows, the first of each from home.
-#[derive(Args)]
-struct Poses {
-    #[command(flatten)]
-    base: Base,
-    /// Table of jack lengths l1 to l6 (hinge to hinge, m); - reads standard input
-    #[arg(long, value_name = "FILE")]
-    legs: PathBuf,
-    #[command(flatten)]
-    writing: Writing,
-    /// Start the first row at this pose, on whatever assembly branch it is, and every other row at the pose before; a
-    /// row that is a jump away from the one before is solved from home
-    #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", value_parser = table::six, allow_hyphen_values = true)]
-    seed: Option<[f64; 6]>,
 }
 
 /// How poses are written.
@@ -105,11 +69,11 @@ impl Kinematics {
     /// Files that cannot be used, rows that are not six finite numbers, and lengths that no pose has.
     pub fn run(self) -> anyhow::Result<()> {
         let result = match self.task {
-            Task::Legs(command) => command.run(),
+            Task::Lengths(command) => command.run(),
             Task::Pose(command) => command.run(),
         };
         match result {
-            // Whoever reads the table has seen enough of it.
+            // The reader of the table has closed its end.
             Err(error) if is_closed_pipe(&error) => Ok(()),
             result => result,
         }
@@ -122,24 +86,6 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-impl Legs {
-    fn run(self) -> anyhow::Result<()> {
-        let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
-        let (columns, lines) = table::open(&self.poses, &POSE)?;
-        let convention = self.writing.convention;
-        let answer = |_: &mut (), row: &Row, line: &mut String| {
-            let pose = pose(convention, &columns.numbers(row)?);
-            let lengths = inverse(&geometry, &pose);
-            if !lengths.iter().all(|length| length.is_finite()) {
-                return Err(columns.error(row, "so far away that lengths overflow; give metres"));
-            }
-            table::write(line, &lengths);
-            Ok(())
-        };
-        rows::by_blocks(&LEGS.join(","), lines, cores(), output(), || (), answer)
-    }
-}
-
 fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
@@ -148,219 +94,7 @@ fn output() -> impl Write {
     BufWriter::new(io::stdout().lock())
 }
 
-impl Poses {
-    fn run(self) -> anyhow::Result<()> {
-        let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
-        let (columns, lines) = table::open(&self.legs, &LEGS)?;
-        let printed = Printed {
-            solver: &Solver::new(&geometry, Options::default()),
-            convention: self.writing.convention,
-            columns,
-        };
-        let Some(seed) = self.seed else {
-            return printed.on_homes_branch(lines, cores(), output());
-        };
-        let mut seeded = Seeded::new(printed.solver, pose(printed.convention, &seed));
-        rows::in_order(&Printed::header(), lines, output(), |row, line| {
-            printed.answer(row, line, |lengths| seeded.next(lengths))
-        })?;
-        if seeded.jumps > 0 {
-            eprintln!(
-                "rows solved from home, a jump away from the row before: {}",
-                seeded.jumps
-            );
-        }
-        Ok(())
-    }
-}
-
-/// How solutions are printed.
-struct Printed<'a> {
-    solver: &'a Solver<f64>,
-    convention: Convention,
-    columns: Columns,
-}
-
-impl Printed<'_> {
-    fn header() -> String {
-        [POSE.as_slice(), &SOLUTION].concat().join(",")
-    }
-
-    /// Solves all rows, each from the pose before it in its block, on so many `threads`.
-    fn on_homes_branch(
-        &self,
-        lines: Lines,
-        threads: usize,
-        output: impl Write,
-    ) -> anyhow::Result<()> {
-        let start = || Tracker::new(self.solver);
-        let answer = |tracker: &mut Tracker<'_, f64>, row: &Row, line: &mut String| {
-            self.answer(row, line, |lengths| tracker.next(lengths))
-        };
-        rows::by_blocks(&Self::header(), lines, threads, output, start, answer)
-    }
-
-    fn answer(
-        &self,
-        row: &Row,
-        line: &mut String,
-        mut solve: impl FnMut(&[f64; 6]) -> Found,
-    ) -> Result<(), FileError> {
-        let lengths = self.columns.numbers(row)?;
-        let solution = solve(&lengths).map_err(|error| self.columns.error(row, error))?;
-        self.write(line, &lengths, &solution);
-        Ok(())
-    }
-
-    fn write(&self, line: &mut String, lengths: &[f64; 6], solution: &Solution<f64>) {
-        let there = inverse(self.solver.geometry(), &solution.pose);
-        let residual = there
-            .iter()
-            .zip(lengths)
-            .map(|(there, wanted)| (there - wanted).abs())
-            .fold(0.0, f64::max);
-        let (position, angles) = self.convention.coordinates(&solution.pose);
-        let numbers = [
-            position.x,
-            position.y,
-            position.z,
-            angles.roll,
-            angles.pitch,
-            angles.yaw,
-            residual,
-            self.solver.condition(&solution.pose),
-        ];
-        table::write(line, &numbers);
-        line.push_str(&format!(",{}", solution.iterations));
-    }
-}
-
-type Found = Result<Solution<f64>, ForwardError<f64>>;
-
-/// Pose after pose of a moving base, the first near a seed.
-struct Seeded<'a> {
-    solver: &'a Solver<f64>,
-    start: Pose<f64>,
-    /// Whether `start` is a pose that was found.
-    moving: bool,
-    jumps: usize,
-}
-
-impl<'a> Seeded<'a> {
-    fn new(solver: &'a Solver<f64>, seed: Pose<f64>) -> Self {
-        Self {
-            solver,
-            start: seed,
-            moving: false,
-            jumps: 0,
-        }
-    }
-
-    fn next(&mut self, lengths: &[f64; 6]) -> Found {
-        let found = if self.moving {
-            self.solver.track(lengths, &self.start)
-        } else {
-            self.solver.solve_near(lengths, &self.start)
-        };
-        let solution = match found {
-            Err(ForwardError::Jump { .. }) => {
-                self.jumps += 1;
-                self.solver.solve(lengths)?
-            }
-            found => found?,
-        };
-        (self.start, self.moving) = (solution.pose, true);
-        Ok(solution)
-    }
-}
-
 fn pose(convention: Convention, numbers: &[f64; 6]) -> Pose<f64> {
     let &[x, y, z, roll, pitch, yaw] = numbers;
     convention.pose(Vector3::new(x, y, z), Angles { roll, pitch, yaw })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Jack lengths of a movement of `rows` rows with a gap, as a table.
-    fn movement(solver: &Solver<f64>, rows: usize) -> String {
-        let geometry = solver.geometry();
-        let mut text = LEGS.join(",") + "\n";
-        for row in 0..rows {
-            let time_s = row as f64 * 1e-3 + if row > 1500 { 0.4 } else { 0.0 };
-            let swing = |phase: f64| 0.1 * (6.0 * time_s + phase).sin();
-            let at = [
-                swing(0.0),
-                2.13 + swing(1.0),
-                swing(2.0),
-                swing(3.0),
-                swing(4.0),
-                swing(5.0),
-            ];
-            table::write(&mut text, &inverse(geometry, &pose(Convention::Gost, &at)));
-            text.push('\n');
-        }
-        text
-    }
-
-    fn printed(solver: &Solver<f64>, text: &str, threads: usize) -> (String, anyhow::Result<()>) {
-        let reader = Box::new(io::Cursor::new(text.to_owned()));
-        let (columns, lines) = table::parse("legs.csv".to_owned(), reader, None, &LEGS).unwrap();
-        let mut output = Vec::new();
-        let printed = Printed {
-            solver,
-            convention: Convention::Gost,
-            columns,
-        };
-        let result = printed.on_homes_branch(lines, threads, &mut output);
-        (String::from_utf8(output).unwrap(), result)
-    }
-
-    #[test]
-    fn many_threads_print_the_very_bytes_that_one_prints() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap().geometry;
-        let solver = Solver::new(&geometry, Options::default());
-        let table = movement(&solver, 20_000);
-        let (one, result) = printed(&solver, &table, 1);
-        result.unwrap();
-        assert_eq!(one.lines().count(), 20_001);
-        // Tracked: more than two iterations are for the first row of a block and for the gap.
-        let iterations = one
-            .lines()
-            .skip(1)
-            .map(|line| line.rsplit(',').next().unwrap());
-        let many = iterations.filter(|count| count.parse::<u32>().unwrap() > 2);
-        assert!(many.count() <= 20_000 / 1024 + 2);
-        for threads in [2, 3, 7] {
-            let (output, result) = printed(&solver, &table, threads);
-            result.unwrap();
-            assert!(output == one, "{threads} threads print something else");
-        }
-    }
-
-    #[test]
-    fn a_bad_row_ends_the_table_there_whatever_the_number_of_threads() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap().geometry;
-        let solver = Solver::new(&geometry, Options::default());
-        let mut lines: Vec<String> = movement(&solver, 5_000)
-            .lines()
-            .map(str::to_owned)
-            .collect();
-        lines[3_456] = "2.7,2.7,2.7,2.7,2.7,nothing".to_owned();
-        let table = lines.join("\n");
-        for threads in [1, 4] {
-            let (output, result) = printed(&solver, &table, threads);
-            let said = result.unwrap_err().to_string();
-            assert_eq!(
-                said,
-                "legs.csv, line 3457: \"nothing\" is not a finite number"
-            );
-            assert_eq!(
-                output.lines().count(),
-                3_456,
-                "the header and the rows before"
-            );
-        }
-    }
 }
