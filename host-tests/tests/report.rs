@@ -9,10 +9,12 @@ use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use hexsense_core::wire::Drive;
 use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
+use hexsense_probe::analysis::held_out::{HeldOut, compare, held_out};
 use hexsense_probe::analysis::results::{Analysis, Term, analyse};
-use hexsense_probe::board_pose::Difference;
-use hexsense_probe::campaign::{BoardRecord, BoardSums, Campaign, RunRecord};
+use hexsense_probe::campaign::{
+    BoardPoses, BoardRecord, BoardSums, Campaign, RunRecord, Verification,
+};
+use hexsense_probe::characteristics::Characterisation;
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::{self, Purpose};
 use hexsense_probe::report::{ReportInput, Verified, render};
@@ -32,7 +34,8 @@ struct Evidence {
     analysis: Analysis,
     held_out_run: Run,
     curves: HeldOut,
-    verdicts: Vec<ChannelVerdict>,
+    verification: Verification,
+    characterisation: Characterisation,
 }
 
 impl Evidence {
@@ -52,6 +55,7 @@ impl Evidence {
         let runs: Vec<Run> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
         let mut held_out_run = record(plan.run("held-out").unwrap());
         let analysis = analyse(&geometry, &sensors, &runs).unwrap();
+        let characterisation = Characterisation::new(&geometry, &sensors, &runs).unwrap();
         let set = set(&geometry, &analysis);
         let calibrator = Calibrator::new(&set);
         let capture = &mut held_out_run.capture;
@@ -63,7 +67,7 @@ impl Evidence {
         );
         let results = &analysis.results;
         let curves = held_out(&geometry, &sensors, &held_out_run, results).unwrap();
-        let verdicts = compare(
+        let channels = compare(
             &curves.reference,
             &curves.after,
             &curves.before,
@@ -96,7 +100,16 @@ impl Evidence {
             analysis,
             held_out_run,
             curves,
-            verdicts,
+            verification: Verification {
+                board_pose: BoardPoses {
+                    poses: 1886,
+                    largest_m: 2.46e-7,
+                    largest_rad: 1.14e-7,
+                    limit: 5e-7,
+                },
+                channels,
+            },
+            characterisation,
         }
     }
 
@@ -108,6 +121,7 @@ impl Evidence {
             runs: &self.runs,
             records: &self.records,
             analysis: &self.analysis,
+            characterisation: &self.characterisation,
             verified: None,
         }
     }
@@ -116,13 +130,7 @@ impl Evidence {
         let verified = Verified {
             run: &self.held_out_run,
             curves: &self.curves,
-            verdicts: &self.verdicts,
-            poses: Difference {
-                poses: 1886,
-                largest_m: 2.46e-7,
-                largest_rad: 1.14e-7,
-                scan: 29_824,
-            },
+            verification: &self.verification,
         };
         ReportInput {
             verified: Some(verified),
@@ -327,7 +335,7 @@ fn the_tables_hold_the_results() {
     let html = render(&EVIDENCE.verified()).unwrap();
     let document = parsed(&html);
     let channels = EVIDENCE.analysis.results.channels.iter();
-    for (channel, verdict) in channels.zip(&EVIDENCE.verdicts) {
+    for (channel, verdict) in channels.zip(&EVIDENCE.verification.channels) {
         let rows = rows(&document, &channel.name);
         let [result, verified, matrix] = rows.as_slice() else {
             panic!("{}: {rows:?}", channel.name)
@@ -451,10 +459,11 @@ fn the_verdict_is_open_then_passed_or_failed() {
         "{open}"
     );
     assert!(head(&EVIDENCE.verified()).contains("All nine channels pass"));
-    let mut verdicts = EVIDENCE.verdicts.clone();
-    verdicts[4].rms_error_after = 0.031 * verdicts[4].rms_signal;
+    let mut verification = EVIDENCE.verification.clone();
+    let verdict = &mut verification.channels[4];
+    verdict.rms_error_after = 0.031 * verdict.rms_signal;
     let verified = Verified {
-        verdicts: &verdicts,
+        verification: &verification,
         ..EVIDENCE.verified().verified.unwrap()
     };
     let failed = head(&ReportInput {
@@ -483,7 +492,8 @@ fn names_from_files_cannot_become_markup() {
     };
     let mut analysis = EVIDENCE.analysis.clone();
     analysis.condensed.heave.name = format!("run {HOSTILE}");
-    analysis.results.motion[0].freedom = format!("freedom {HOSTILE}");
+    let mut characterisation = EVIDENCE.characterisation.clone();
+    characterisation.characteristics.frequency_response[0].freedom = format!("freedom {HOSTILE}");
     analysis.results.channels[0].budget[0].cause = format!("cause {HOSTILE}");
     runs.iter_mut()
         .filter(|run| run.name == "heave")
@@ -493,6 +503,7 @@ fn names_from_files_cannot_become_markup() {
         board: &board,
         runs: &runs,
         analysis: &analysis,
+        characterisation: &characterisation,
         ..EVIDENCE.verified()
     };
     let html = render(&input).unwrap();

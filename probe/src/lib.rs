@@ -12,6 +12,8 @@
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`replay`] | the board's harmonic sums made again from a capture |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
+//! | [`characteristics`] | from captures to what the motion system does |
+//! | [`evaluation`] | both, of a whole campaign |
 //! | [`board_pose`] | the board's own poses against double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for whoever must trust the coefficients |
@@ -24,9 +26,11 @@ pub mod analysis;
 pub mod board_pose;
 pub mod campaign;
 pub mod capture;
+pub mod characteristics;
 pub mod cli;
 pub mod coefficient_file;
 pub mod date;
+pub mod evaluation;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;

@@ -65,7 +65,7 @@ impl Budgets {
             budget.add(Cause::SensorNoise, Shape::Normal, *noise_m);
         }
         for sweep in std::iter::once(&condensed.heave).chain(&condensed.turns) {
-            budgets.add_jack_noise(sweep, condensed.rate_hz, assumptions, estimate)?;
+            budgets.add_jack_noise(sweep, assumptions, estimate)?;
         }
         budgets.add_jack_noise_at_rest(condensed, assumptions, estimate)?;
         for triad in Triad::ALL {
@@ -198,12 +198,11 @@ impl Budgets {
     fn add_jack_noise(
         &mut self,
         sweep: &Sweep,
-        rate_hz: u32,
         assumptions: &Assumptions,
         estimate: &Estimate,
     ) -> Result<(), AnalysisError> {
         let driven = sweep.freedom as usize;
-        let fit = &pose_harmonics(sweep, rate_hz, assumptions)?[driven];
+        let fit = &pose_harmonics(sweep, assumptions)?[driven];
         let amplitude = fit.first().amplitude();
         let triads: &[Triad] = match sweep.freedom.is_rotation() {
             true => &[Triad::AngularAcceleration, Triad::AngularRate],

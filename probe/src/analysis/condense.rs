@@ -40,6 +40,8 @@ pub struct Sweep {
     pub freedom: DegreeOfFreedom,
     /// The program's sine.
     pub sine: Sine,
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
     /// Drive frequency by the board's clock, rad/s.
     pub omega: f64,
     /// Length of the estimate, s.

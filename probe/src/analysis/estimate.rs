@@ -91,7 +91,7 @@ impl Condensed {
         sweep: &Sweep,
         assumptions: &Assumptions,
     ) -> Result<SineTruth, AnalysisError> {
-        let fits = pose_harmonics(sweep, self.rate_hz, assumptions)?;
+        let fits = pose_harmonics(sweep, assumptions)?;
         let omega = sweep.omega / assumptions.clock;
         Ok(sine_truth(&fits, omega, assumptions.site.gravity_m_s2))
     }

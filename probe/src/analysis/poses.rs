@@ -70,10 +70,9 @@ pub(super) fn rest_truth(
 /// [`AnalysisError::Pose`] and [`AnalysisError::NoSine`].
 pub fn pose_harmonics(
     sweep: &Sweep,
-    rate_hz: u32,
     assumptions: &Assumptions,
 ) -> Result<[Harmonics; 6], AnalysisError> {
-    let period_s = 1.0 / f64::from(rate_hz);
+    let period_s = 1.0 / f64::from(sweep.rate_hz);
     let group = sweep.group as f64;
     let per_group = sweep.omega * period_s * group;
     let mut poses = Poses::new(assumptions, &sweep.name)?;

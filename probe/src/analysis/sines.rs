@@ -45,6 +45,7 @@ impl Sweep {
             name: counts.run.name.clone(),
             freedom,
             sine,
+            rate_hz: counts.run.rate_hz,
             omega: per_scan * rate,
             length_s: range.len() as f64 / rate,
             first: range.start,

@@ -12,6 +12,7 @@
 //! captures/NAME.json  what is known of a run beside its scans
 //! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
 //! results.json        the results with their uncertainties, see [`crate::analysis`]
+//! characteristics.json  what the motion system does, see [`crate::characteristics`]
 //! verification.json   how the held-out movement came out
 //! report.html         all of it for people, see [`crate::report`]
 //! ```
@@ -35,12 +36,12 @@ use crate::files::{self, FileError};
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits;
 use crate::plan::programs::jack_program;
-use crate::plan::{Plan, Run};
+use crate::plan::{Plan, Purpose, Run};
 use crate::sensor_file::SensorFile;
 
 pub use begun::{Begun, Given};
 pub use error::CampaignError;
-pub use records::{BoardRecord, BoardSums, RunRecord};
+pub use records::{BoardPoses, BoardRecord, BoardSums, RunRecord, Verification};
 
 /// A campaign whose plan is checked and whose folder is there.
 #[derive(Debug, Clone)]
@@ -155,6 +156,18 @@ impl Campaign {
             "another sensor file",
             &self.sensors.text,
         )
+    }
+
+    /// The first run of this purpose in the plan.
+    ///
+    /// # Errors
+    /// [`CampaignError::NotPlanned`].
+    pub fn first_run_to(&self, purpose: Purpose) -> Result<&Run, CampaignError> {
+        let mut runs = self.plan.runs_to(purpose);
+        runs.next().ok_or_else(|| CampaignError::NotPlanned {
+            file: self.folder.join("plan.toml").display().to_string(),
+            purpose: purpose.name(),
+        })
     }
 
     /// Where the jack programs of a run are.

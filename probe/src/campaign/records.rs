@@ -12,12 +12,12 @@ use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Drive;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::{Campaign, CampaignError, other};
 use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
 use crate::board_pose::{self, Difference};
 use crate::capture::Capture;
+use crate::characteristics::Characteristics;
 use crate::files::{self, FileError};
 use crate::plan::{Purpose, Run};
 
@@ -68,6 +68,39 @@ pub struct BoardSums {
     pub channels: [ChannelSums; CHANNELS],
 }
 
+/// How the board came out on the held-out movement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// Its own poses against double precision.
+    pub board_pose: BoardPoses,
+    /// One verdict for each channel.
+    pub channels: Vec<ChannelVerdict>,
+}
+
+/// What single precision costs the board's own poses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BoardPoses {
+    /// Poses compared.
+    pub poses: usize,
+    /// Largest distance of O, m.
+    pub largest_m: f64,
+    /// Largest angle, rad.
+    pub largest_rad: f64,
+    /// Limit of both.
+    pub limit: f64,
+}
+
+impl From<Difference> for BoardPoses {
+    fn from(difference: Difference) -> Self {
+        Self {
+            poses: difference.poses,
+            largest_m: difference.largest_m,
+            largest_rad: difference.largest_rad,
+            limit: board_pose::MAX_DIFFERENCE,
+        }
+    }
+}
+
 impl Campaign {
     /// Whether the campaign was begun with this board, or with none yet.
     ///
@@ -110,39 +143,73 @@ impl Campaign {
         write_json(&self.folder.join("results.json"), results)
     }
 
+    /// The results of the calibration.
+    ///
+    /// # Errors
+    /// [`CampaignError::Unfinished`] and [`CampaignError::File`].
+    pub fn results(&self) -> Result<Results, CampaignError> {
+        Ok(read_json(&self.finished("results.json")?)?)
+    }
+
+    /// Where the coefficient set of a finished campaign is.
+    ///
+    /// # Errors
+    /// [`CampaignError::Unfinished`].
+    pub fn coefficients_path(&self) -> Result<PathBuf, CampaignError> {
+        self.finished("coefficients.toml")
+    }
+
+    fn finished(&self, name: &str) -> Result<PathBuf, CampaignError> {
+        let path = self.folder.join(name);
+        if path.exists() {
+            return Ok(path);
+        }
+        Err(CampaignError::Unfinished {
+            file: path.display().to_string(),
+            command: format!("calibrate --resume {}", self.folder.display()),
+        })
+    }
+
+    /// Writes what the motion system does.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn note_characteristics(&self, found: &Characteristics) -> Result<(), FileError> {
+        write_json(&self.folder.join("characteristics.json"), found)
+    }
+
     /// Writes how channels and poses of the board came out on the held-out movement.
     ///
     /// # Errors
     /// [`FileError`].
-    pub fn note_verification(
-        &self,
-        verdicts: &[ChannelVerdict],
-        poses: &Difference,
-    ) -> Result<(), FileError> {
-        let verification = json!({
-            "channels": verdicts,
-            "board_pose": {
-                "poses": poses.poses,
-                "largest_m": poses.largest_m,
-                "largest_rad": poses.largest_rad,
-                "limit": board_pose::MAX_DIFFERENCE,
-            },
-        });
-        write_json(&self.folder.join("verification.json"), &verification)
+    pub fn note_verification(&self, verification: &Verification) -> Result<(), FileError> {
+        write_json(&self.verification_path(), verification)
     }
 
-    /// Length of everything that is recorded, s: what passes at least between the first run and the last.
+    /// How they came out; `None` before the campaign is verified.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn verification(&self) -> Result<Option<Verification>, FileError> {
+        let path = self.verification_path();
+        path.exists().then(|| read_json(&path)).transpose()
+    }
+
+    fn verification_path(&self) -> PathBuf {
+        self.folder.join("verification.json")
+    }
+
+    /// Length of everything that is recorded to calibrate and to verify, s: what passes at least between the first run
+    /// and the last.
     ///
     /// # Errors
     /// Those of [`Campaign::record`].
     pub fn recorded_s(&self) -> Result<f64, CampaignError> {
         let mut seconds = 0.0;
-        for run in self
-            .plan
-            .runs
-            .iter()
-            .filter(|run| self.is_recorded(&run.name))
-        {
+        for run in &self.plan.runs {
+            if run.purpose == Purpose::Characterise || !self.is_recorded(&run.name) {
+                continue;
+            }
             let record = self.record(&run.name)?;
             seconds += (record.scans + record.scans_lost) as f64 / f64::from(record.rate_hz);
         }
@@ -203,22 +270,13 @@ impl Campaign {
         write_json(&self.record_path(&record.run), record)
     }
 
-    /// Makes a run count as not recorded.
+    /// Makes the campaign count as not verified and its run to verify with as not recorded.
     ///
     /// # Errors
     /// [`FileError::Write`].
-    pub fn forget(&self, run: &str) -> Result<(), FileError> {
-        let path = self.record_path(run);
-        match fs::remove_file(&path) {
-            Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
-                file: path.display().to_string(),
-                reason,
-            }),
-            _ => {
-                files::sync_folder_of(&path);
-                Ok(())
-            }
-        }
+    pub fn forget_verification(&self, run: &str) -> Result<(), FileError> {
+        remove(&self.verification_path())?;
+        remove(&self.record_path(run))
     }
 
     fn record_path(&self, run: &str) -> PathBuf {
@@ -229,15 +287,25 @@ impl Campaign {
         if self.is_recorded(run) {
             return Ok(());
         }
-        let verify = self
-            .plan
-            .run(run)
-            .is_some_and(|run| run.purpose == Purpose::Verify);
+        let purpose = self.plan.run(run).map(|run| run.purpose);
         Err(CampaignError::NotRecorded {
             folder: self.folder.display().to_string(),
             run: run.to_owned(),
-            command: if verify { "verify" } else { "calibrate" },
+            command: purpose.unwrap_or(Purpose::Calibrate).name(),
         })
+    }
+}
+
+fn remove(path: &Path) -> Result<(), FileError> {
+    match fs::remove_file(path) {
+        Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
+            file: path.display().to_string(),
+            reason,
+        }),
+        _ => {
+            files::sync_folder_of(path);
+            Ok(())
+        }
     }
 }
 

@@ -3,18 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::records::{CoefficientSet, MotionBase};
 
 use super::arguments::{Controller, Date, Port, Waiting};
 use super::broken_off::typed;
 use super::runs::{self, Job};
 use super::{report, session};
-use crate::analysis;
-use crate::analysis::assumptions::Assumptions;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
-use crate::geometry_file::GeometryFile;
+use crate::evaluation::{Evaluation, base_and_jacks};
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
@@ -22,8 +19,9 @@ use crate::record::Settings;
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack program that
-/// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
+/// writes coefficients.toml, results.json, characteristics.json and report.html into the campaign's folder. On a real base,
+/// load the jack program that hexsense names into the motion controller and start it when told to; with --twin the runs
+/// start by themselves.
 /// Nothing on the board changes: `hexsense upload` does that.
 ///
 /// In sine runs the board sums up harmonics at the drive frequencies, in blocks of 1 to 32 scans. It would mistake a
@@ -73,9 +71,8 @@ impl Calibrate {
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, begun) = self.campaign()?;
         campaign.check_complete()?;
-        let base = MotionBase::new(&campaign.geometry.geometry);
-        let jacks = Assumptions::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
         // The board must be able to use them; that is seen before anything moves.
+        let (base, jacks) = base_and_jacks(&campaign);
         base.geometry().and_then(|_| jacks.check())?;
         let coefficients = campaign.folder.join("coefficients.toml");
         if coefficients.exists() {
@@ -87,32 +84,18 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
-        let (recorded, analysis) = session::analyse(&campaign)?;
-        let set = CoefficientSet {
-            board,
-            // A geometry file whose name is too long has been refused.
-            geometry: campaign
-                .geometry
-                .name
-                .as_str()
-                .try_into()
-                .unwrap_or_default(),
-            geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun
-                .date_unix_s
-                .unwrap_or_else(hexsense_client::change::unix_now),
-            temperature_c: mean_temperature_c(&recorded),
-            provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
-            triads: analysis.triads,
-            base,
-            jacks,
-        };
-        print!("{}", table(&analysis.results));
-        for warning in &analysis.results.warnings {
+        let evaluation = Evaluation::new(&campaign)?;
+        let unix_s = begun.date_unix_s;
+        let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
+        let set = evaluation.coefficient_set(&campaign, board, unix_s)?;
+        let results = &evaluation.analysis.results;
+        print!("{}", table(results));
+        for warning in &results.warnings {
             eprintln!("warning: {warning}");
         }
-        report::write(&campaign, &set, &recorded, &analysis, None)?;
-        campaign.note_results(&analysis.results)?;
+        report::write(&campaign, &set, &evaluation, None)?;
+        campaign.note_results(results)?;
+        campaign.note_characteristics(&evaluation.characterisation.characteristics)?;
         coefficient_file::save(&coefficients, &set)?;
         println!("written: {}", coefficients.display());
         let port = &self.port.port;
@@ -179,19 +162,6 @@ impl Calibrate {
         runs::record_all(client, motion.as_mut(), &job)?;
         Ok((identity.board, has_key))
     }
-}
-
-/// The part of the geometry file's SHA-256 that a set carries.
-fn geometry_hash(geometry: &GeometryFile) -> [u8; 8] {
-    let mut hash = [0; 8];
-    hash.copy_from_slice(&geometry.hash[..8]);
-    hash
-}
-
-fn mean_temperature_c(runs: &[analysis::Run]) -> f32 {
-    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
-    let count = degrees.clone().count().max(1);
-    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
 }
 
 /// The nine channels as a table.

@@ -1,14 +1,10 @@
-//! What recording commands share: the board made ready, and what is recorded checked and analysed.
+//! What recording commands share: the board made ready.
 
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::{Identity, StreamContent, VERSION, telemetry};
 
-use crate::analysis;
-use crate::analysis::results::{self, Analysis};
-use crate::campaign::{BoardRecord, Campaign};
+use crate::campaign::BoardRecord;
 use crate::files;
-use crate::plan::Purpose;
-use crate::replay::{self, replay};
 use hexsense_client::Client;
 
 /// Makes sure that the board is fit to record, and says who it is.
@@ -41,35 +37,4 @@ pub fn board_record(client: &Client, identity: &Identity) -> BoardRecord {
         firmware: format!("{major}.{minor}.{patch}"),
         wire: VERSION,
     }
-}
-
-/// Whether the board's sums of a run are, integer for integer, those that its capture gives; how many sums there are.
-///
-/// # Errors
-/// The first sum that differs, and scans that are missing.
-pub fn check_sums(campaign: &Campaign, run: &analysis::Run) -> anyhow::Result<usize> {
-    let sums = campaign.record(&run.name)?.board_sums;
-    for (analyser, sums) in sums.iter().enumerate() {
-        replay(sums, &run.capture)
-            .map_err(|error| anyhow::anyhow!("run {}, analyser {analyser}, {error}", run.name))?;
-    }
-    Ok(sums.len() * replay::INTEGERS)
-}
-
-/// The calibration runs of a campaign and what their analysis brings forth.
-///
-/// # Errors
-/// A run that is not recorded, what the analysis refuses, and sums of the board that its captures do not give.
-pub fn analyse(campaign: &Campaign) -> anyhow::Result<(Vec<analysis::Run>, Analysis)> {
-    let runs = campaign.plan.runs_to(Purpose::Calibrate);
-    let runs = runs
-        .map(|run| campaign.recorded(run))
-        .collect::<Result<Vec<_>, _>>()?;
-    let analysis = results::analyse(&campaign.geometry, &campaign.sensors, &runs)?;
-    let mut sums = 0;
-    for run in &runs {
-        sums += check_sums(campaign, run)?;
-    }
-    eprintln!("{sums} harmonic sums of the board: each is the integer that the capture gives");
-    Ok((runs, analysis))
 }

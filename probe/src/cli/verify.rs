@@ -12,9 +12,10 @@ use super::runs::{self, Job};
 use super::{report, session};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Verification};
 use crate::capture::Capture;
 use crate::coefficient_file;
+use crate::evaluation::{Evaluation, check_sums};
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
@@ -70,16 +71,7 @@ impl Verify {
                 ))
             },
         )?;
-        let run = campaign
-            .plan
-            .runs_to(Purpose::Verify)
-            .next()
-            .ok_or_else(|| {
-                anyhow::anyhow!(
-                    "{}/plan.toml plans no run to verify with",
-                    campaign.folder.display()
-                )
-            })?;
+        let run = campaign.first_run_to(Purpose::Verify)?;
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
@@ -106,7 +98,7 @@ impl Verify {
         let id = check_active(&mut client, ours, campaign)?;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.write()?;
-        campaign.forget(&run.name)?;
+        campaign.forget_verification(&run.name)?;
         let job = Job {
             campaign,
             runs: &[run],
@@ -171,26 +163,28 @@ fn judge(
 ) -> anyhow::Result<()> {
     let recorded = campaign.recorded(run)?;
     check_values(&recorded.capture, set, &run.name)?;
-    let sums = session::check_sums(campaign, &recorded)?;
+    let sums = check_sums(campaign, &recorded)?;
     eprintln!(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
-    let (runs, analysis) = session::analyse(campaign)?;
-    let results = &analysis.results;
+    let evaluation = Evaluation::new(campaign)?;
+    let results = &evaluation.analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
     let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);
-    let verdicts = held_out::compare(reference, after, before, results, elapsed_s);
-    print!("{}", table(&verdicts));
+    let verification = Verification {
+        board_pose: poses.into(),
+        channels: held_out::compare(reference, after, before, results, elapsed_s),
+    };
+    print!("{}", table(&verification.channels));
     let verified = Verified {
         run: &recorded,
         curves: &curves,
-        verdicts: &verdicts,
-        poses,
+        verification: &verification,
     };
-    report::write(campaign, set, &runs, &analysis, Some(verified))?;
-    campaign.note_verification(&verdicts, &poses)?;
-    let failures = held_out::failures(&verdicts);
+    report::write(campaign, set, &evaluation, Some(verified))?;
+    campaign.note_verification(&verification)?;
+    let failures = held_out::failures(&verification.channels);
     if !failures.is_empty() {
         anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));
     }

@@ -184,6 +184,7 @@ fn no_heave(zero: &Rest) -> Sweep {
             frequency_hz: 0.0,
             ..Sine::of_periods(0.0, HZ, 2, 3)
         },
+        rate_hz: RATE_HZ,
         omega: TAU * HZ,
         length_s: PERIODS / HZ,
         first: 0,

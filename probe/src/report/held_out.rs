@@ -15,7 +15,7 @@ use crate::analysis::filter::zero_phase_low_pass;
 use crate::analysis::held_out::{
     CORNER_HZ, ChannelVerdict, MEAN_COVERAGE, RATE_HZ, Signals, failures,
 };
-use crate::board_pose::{Difference, MAX_DIFFERENCE};
+use crate::campaign::BoardPoses;
 
 /// Values behind the low-pass are drawn at this rate, Hz: ten times its corner.
 const DRAWN_HZ: f64 = 20.0;
@@ -47,7 +47,7 @@ pub fn verdict(input: &ReportInput) -> (&'static str, String) {
                     movement and completes this report.</p>";
         return ("", format!("{open}{found}"));
     };
-    let failed = failures(verified.verdicts);
+    let failed = failures(&verified.verification.channels);
     if failed.is_empty() {
         let passed = "<p><b>Passes.</b> All nine channels pass on the held-out movement, which no coefficient was \
                       fitted to.</p>";
@@ -78,7 +78,7 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          uncertainty.",
         text(&verified.run.name)
     ));
-    table(page, verified.verdicts);
+    table(page, &verified.verification.channels);
     let onset_s = Counts::new(verified.run)?.onset_s(&input.campaign.geometry.geometry)?;
     for triad in Triad::ALL {
         let caption = format!(
@@ -88,12 +88,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         );
         page.figure(&caption, &figure(&verified, triad, onset_s));
     }
-    poses(page, &verified.poses);
+    poses(page, &verified.verification.board_pose);
     Ok(())
 }
 
 /// What the board's single precision cost its own poses.
-fn poses(page: &mut Page, poses: &Difference) {
+fn poses(page: &mut Page, poses: &BoardPoses) {
     let micro = |value: f64| significant(1e6 * value, 2);
     page.paragraph(&format!(
         "During the run the board also found the pose of the base from its own jack channels, {} times, in single \
@@ -102,7 +102,7 @@ fn poses(page: &mut Page, poses: &Difference) {
         poses.poses,
         micro(poses.largest_m),
         micro(poses.largest_rad),
-        limit = significant(1e6 * MAX_DIFFERENCE, 1),
+        limit = significant(1e6 * poses.limit, 1),
     ));
 }
 

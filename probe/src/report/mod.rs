@@ -1,7 +1,7 @@
 //! The report of a campaign: what a laboratory shows to whoever must trust its coefficients.
 //!
-//! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it, `hexsense
-//! verify` writes it again with the held-out movement.
+//! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it,
+//! `hexsense verify` writes it again with the held-out movement, and `hexsense report` renders it from the folder alone.
 //!
 //! | section | file |
 //! |---|---|
@@ -40,11 +40,11 @@ pub mod signals;
 use hexsense_core::records::CoefficientSet;
 
 use crate::analysis::condense::Sweep;
-use crate::analysis::held_out::{ChannelVerdict, HeldOut};
+use crate::analysis::held_out::HeldOut;
 use crate::analysis::results::Analysis;
 use crate::analysis::{AnalysisError, Run};
-use crate::board_pose::Difference;
-use crate::campaign::{BoardRecord, Campaign, RunRecord};
+use crate::campaign::{BoardRecord, Campaign, RunRecord, Verification};
+use crate::characteristics::Characterisation;
 use page::{Page, text};
 
 /// What a report is made of.
@@ -62,6 +62,8 @@ pub struct ReportInput<'a> {
     pub records: &'a [RunRecord],
     /// What the analysis of `runs` brought forth.
     pub analysis: &'a Analysis,
+    /// What the motion system does.
+    pub characterisation: &'a Characterisation,
     /// The held-out movement, once it is recorded.
     pub verified: Option<Verified<'a>>,
 }
@@ -73,10 +75,8 @@ pub struct Verified<'a> {
     pub run: &'a Run,
     /// Its values and their reference.
     pub curves: &'a HeldOut,
-    /// One verdict for each channel.
-    pub verdicts: &'a [ChannelVerdict],
-    /// The board's own poses against double precision.
-    pub poses: Difference,
+    /// How channels and poses of the board came out.
+    pub verification: &'a Verification,
 }
 
 impl ReportInput<'_> {

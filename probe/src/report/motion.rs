@@ -14,7 +14,7 @@ use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
 use crate::analysis::poses::Poses;
-use crate::analysis::results::Response;
+use crate::characteristics::frequency_response::FrequencyResponse;
 
 const COLUMNS: usize = 2;
 const LEFT: f64 = 66.0;
@@ -35,10 +35,13 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          harmonic with the command. The start of the command is itself found from the jacks, so a pure delay of the \
          base does not show in the phase.",
     );
-    table(page, &input.analysis.results.motion);
+    table(
+        page,
+        &input.characterisation.characteristics.frequency_response,
+    );
     let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
-    let paths = input
-        .sweeps()
+    let sweeps = input.characterisation.sweeps.iter();
+    let paths = sweeps
         .map(|sweep| Path::new(sweep, input, &assumptions))
         .collect::<Result<Vec<_>, _>>()?;
     page.figure(
@@ -58,19 +61,19 @@ fn unit(is_rotation: bool) -> (f64, &'static str, usize) {
     }
 }
 
-fn table(page: &mut Page, motion: &[Response]) {
-    let of = |response: &Response| {
+fn table(page: &mut Page, motion: &[FrequencyResponse]) {
+    let of = |response: &FrequencyResponse| {
         let freedom = DegreeOfFreedom::ALL
             .into_iter()
             .find(|freedom| freedom.name() == response.freedom);
         unit(freedom.is_some_and(DegreeOfFreedom::is_rotation))
     };
-    let column = |cell: &dyn Fn(&Response) -> String| {
+    let column = |cell: &dyn Fn(&FrequencyResponse) -> String| {
         let mut cells: Vec<String> = motion.iter().map(cell).collect();
         align(&mut cells);
         cells
     };
-    let amplitude = |response: &Response, si: f64| {
+    let amplitude = |response: &FrequencyResponse, si: f64| {
         let (factor, _, decimals) = of(response);
         fixed(factor * si, decimals)
     };
@@ -119,7 +122,7 @@ impl Path {
     ) -> Result<Self, AnalysisError> {
         let base = &input.campaign.geometry.geometry;
         let home = coordinates(&base.home())[sweep.freedom as usize];
-        let rate = f64::from(input.analysis.condensed.rate_hz);
+        let rate = f64::from(sweep.rate_hz);
         let (factor, ..) = unit(sweep.freedom.is_rotation());
         let mut poses = Poses::new(assumptions, &sweep.name)?;
         let (mut command, mut pose, mut error) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,0 +1,152 @@
+//! A recorded campaign evaluated: from the files of its folder to coefficients and characteristics, without a board.
+
+use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
+
+use crate::analysis::assumptions::Assumptions;
+use crate::analysis::results::{Analysis, analyse};
+use crate::analysis::{AnalysisError, Run};
+use crate::campaign::{Campaign, CampaignError};
+use crate::characteristics::Characterisation;
+use crate::plan::Purpose;
+use crate::replay::{self, ReplayError, replay};
+
+/// What the runs of a campaign bring forth.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    /// The runs that coefficients are fitted to.
+    pub runs: Vec<Run>,
+    /// Their analysis.
+    pub analysis: Analysis,
+    /// The motion system, in these runs and in the recorded ones that characterise.
+    pub characterisation: Characterisation,
+}
+
+/// Why a campaign cannot be evaluated.
+#[derive(Debug, thiserror::Error)]
+pub enum EvaluationError {
+    /// A run or its files cannot be used.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    /// The captures do not make a calibration.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// The board's sums are not those of the capture.
+    #[error("run {run}, analyser {analyser}, {reason}")]
+    Sums {
+        /// The run.
+        run: String,
+        /// The analyser of the board, from 0.
+        analyser: usize,
+        /// What differs.
+        reason: ReplayError,
+    },
+}
+
+impl Evaluation {
+    /// Evaluates `campaign`.
+    ///
+    /// # Errors
+    /// [`EvaluationError`]: a run that is not recorded, what the analysis refuses, and sums of the board that the
+    /// captures do not give.
+    pub fn new(campaign: &Campaign) -> Result<Self, EvaluationError> {
+        let (base, sensors) = (&campaign.geometry, &campaign.sensors);
+        let runs = campaign.plan.runs_to(Purpose::Calibrate);
+        let runs = runs
+            .map(|run| campaign.recorded(run))
+            .collect::<Result<Vec<_>, _>>()?;
+        let analysis = analyse(base, sensors, &runs)?;
+        let mut sums = 0;
+        for run in &runs {
+            sums += check_sums(campaign, run)?;
+        }
+        eprintln!("{sums} harmonic sums of the board: each is the integer that the capture gives");
+        let characterisation = characterise(campaign, &runs)?;
+        Ok(Self {
+            runs,
+            analysis,
+            characterisation,
+        })
+    }
+
+    /// The coefficient set that came out, for this board and date.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Campaign`] for captures that cannot be read.
+    pub fn coefficient_set(
+        &self,
+        campaign: &Campaign,
+        board: [u8; 12],
+        unix_s: u64,
+    ) -> Result<CoefficientSet, EvaluationError> {
+        let geometry = &campaign.geometry;
+        let mut geometry_hash = [0; 8];
+        geometry_hash.copy_from_slice(&geometry.hash[..8]);
+        let names = self.runs.iter().map(|run| run.name.as_str());
+        let provenance = campaign.provenance(names).map_err(CampaignError::from)?;
+        let (base, jacks) = base_and_jacks(campaign);
+        Ok(CoefficientSet {
+            board,
+            // A geometry file whose name is too long has been refused.
+            geometry: geometry.name.as_str().try_into().unwrap_or_default(),
+            geometry_hash,
+            unix_s,
+            temperature_c: mean_temperature_c(&self.runs),
+            provenance,
+            triads: self.analysis.triads,
+            base,
+            jacks,
+        })
+    }
+}
+
+/// Motion base and transducers as a coefficient set carries them.
+#[must_use]
+pub fn base_and_jacks(campaign: &Campaign) -> (MotionBase, JackCoefficients) {
+    let assumptions = Assumptions::new(&campaign.geometry, &campaign.sensors);
+    let base = MotionBase::new(&campaign.geometry.geometry);
+    (base, assumptions.jack_coefficients())
+}
+
+fn mean_temperature_c(runs: &[Run]) -> f32 {
+    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
+    let count = degrees.clone().count().max(1);
+    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
+}
+
+/// Measures the motion system in `runs` and in those of the campaign that characterise, as far as they are recorded.
+///
+/// # Errors
+/// [`EvaluationError::Campaign`] and [`EvaluationError::Analysis`].
+pub fn characterise(
+    campaign: &Campaign,
+    runs: &[Run],
+) -> Result<Characterisation, EvaluationError> {
+    let own = campaign.plan.runs_to(Purpose::Characterise);
+    let own = own
+        .filter(|run| campaign.is_recorded(&run.name))
+        .map(|run| campaign.recorded(run))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (base, sensors) = (&campaign.geometry, &campaign.sensors);
+    Ok(Characterisation::new(
+        base,
+        sensors,
+        runs.iter().chain(&own),
+    )?)
+}
+
+/// Whether the board's sums of a run are, integer for integer, those that its capture gives; how many sums there are.
+///
+/// # Errors
+/// [`EvaluationError::Campaign`], and [`EvaluationError::Sums`] for the first sum that differs or scans that are
+/// missing.
+pub fn check_sums(campaign: &Campaign, run: &Run) -> Result<usize, EvaluationError> {
+    let sums = campaign.record(&run.name)?.board_sums;
+    for (analyser, sums) in sums.iter().enumerate() {
+        replay(sums, &run.capture).map_err(|reason| EvaluationError::Sums {
+            run: run.name.clone(),
+            analyser,
+            reason,
+        })?;
+    }
+    Ok(sums.len() * replay::INTEGERS)
+}
