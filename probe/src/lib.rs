@@ -20,6 +20,7 @@
 //! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
+//! | [`figure`] | figures and the numbers in them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -31,6 +32,7 @@ pub mod cli;
 pub mod coefficient_file;
 pub mod date;
 pub mod evaluation;
+pub mod figure;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;

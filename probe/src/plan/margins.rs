@@ -8,11 +8,11 @@
 use super::hinges::{Joint, Swings, swings};
 use super::uses::{JACKS, Quantity, Room, Row, rows};
 use super::{Plan, Run};
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Anchor, Drawing, Panel, Sample};
+use crate::figure::scale::Scale;
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits::step_s;
-use crate::report::curve::Point;
-use crate::report::drawing::{Anchor, Drawing, Panel, Sample};
-use crate::report::scale::Scale;
 
 const STYLE: &str = include_str!("margins.css");
 /// Classes and labels of the jacks.

@@ -9,13 +9,14 @@ use hexsense_core::harmonics::solve;
 
 use super::ReportInput;
 use super::board_gain::{BoardGain, gains};
-use super::number::{align, fixed, rounded, significant};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use super::signals::driven;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
 use crate::analysis::{AnalysisError, Run};
 use crate::campaign::BoardSums;
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed, rounded, significant};
 use crate::replay::{ReplayError, replay};
 
 /// The section; none when no run has sums of the board.

@@ -2,11 +2,12 @@
 
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
-use super::number::{fixed, rounded, significant};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use super::{ReportInput, base, code, held_out};
 use crate::analysis::AnalysisError;
 use crate::date::utc;
+use crate::figure::markup::text;
+use crate::figure::number::{fixed, rounded, significant};
 use crate::files;
 use crate::plan::{Freedom, MultisineEntry, RampsEntry, Run, Shape, SineEntry};
 use crate::sensor_file::SensorFile;

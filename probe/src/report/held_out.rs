@@ -2,12 +2,7 @@
 
 use hexsense_core::channel::{NAMES, Triad};
 
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::{align, rounded, significant};
-use super::page::{Page, row, text};
-use super::pair::{self, Curve, Pair};
-use super::scale::Scale;
+use super::page::{Page, row};
 use super::{ReportInput, Verified, channels};
 use crate::analysis::AnalysisError;
 use crate::analysis::condense::Counts;
@@ -16,6 +11,12 @@ use crate::analysis::held_out::{
     CORNER_HZ, ChannelVerdict, MEAN_COVERAGE, RATE_HZ, Signals, failures,
 };
 use crate::campaign::BoardPoses;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::{align, rounded, significant};
+use crate::figure::pair::{self, Curve, Pair};
+use crate::figure::scale::Scale;
 
 /// Values behind the low-pass are drawn at this rate, Hz: ten times its corner.
 const DRAWN_HZ: f64 = 20.0;

@@ -4,13 +4,14 @@ use hexsense_core::calibration::triad::Hold;
 use hexsense_core::channel::{NAMES, Triad};
 
 use super::ReportInput;
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::fixed;
-use super::page::{Page, text};
-use super::scale::Scale;
+use super::page::Page;
 use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::fixed;
+use crate::figure::scale::Scale;
 
 const LEFT: f64 = 66.0;
 const GAP: f64 = 62.0;

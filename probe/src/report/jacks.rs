@@ -7,14 +7,15 @@ use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::kinematics::displacements;
 
 use super::ReportInput;
-use super::curve::{Point, Stretch, envelope, group_of, means};
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::fixed;
-use super::page::{Page, text};
-use super::pair::{Curve, Pair};
-use super::scale::Scale;
+use super::page::Page;
 use crate::analysis::condense::Counts;
 use crate::analysis::{AnalysisError, Run};
+use crate::figure::curve::{Point, Stretch, envelope, group_of, means};
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::fixed;
+use crate::figure::pair::{Curve, Pair};
+use crate::figure::scale::Scale;
 
 /// Shown before the onset and after the end of a movement, s.
 const AROUND_S: f64 = 0.5;

@@ -1,9 +1,10 @@
 //! The place of the sensor block, checked by the second harmonic in the angular sine runs.
 
 use super::ReportInput;
-use super::number::{align, fixed, rounded};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use crate::analysis::lever_arm::{MAX_OFFSET_M, SecondHarmonic};
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed, rounded};
 
 /// The section: the place, warnings, and a table of the check.
 pub fn section(page: &mut Page, input: &ReportInput) {

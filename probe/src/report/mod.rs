@@ -16,7 +16,7 @@
 //! | the board's own harmonics beside the host's | [`board_sums`], [`board_gain`] |
 //! | the motion system: command to pose | [`motion`] |
 //!
-//! Below them: [`page`] makes the file, [`drawing`], [`pair`], [`scale`] and [`curve`] the figures, [`number`] the digits.
+//! Below them: [`page`] makes the file, [`crate::figure`] the figures and the digits.
 
 pub mod base;
 pub mod board_gain;
@@ -24,17 +24,12 @@ pub mod board_sums;
 pub mod budgets;
 pub mod channels;
 pub mod conditions;
-pub mod curve;
-pub mod drawing;
 pub mod held_out;
 pub mod holds;
 pub mod jacks;
 pub mod lever_arm;
 pub mod motion;
-pub mod number;
 pub mod page;
-pub mod pair;
-pub mod scale;
 pub mod signals;
 
 use hexsense_core::records::CoefficientSet;
@@ -45,7 +40,8 @@ use crate::analysis::results::Analysis;
 use crate::analysis::{AnalysisError, Run};
 use crate::campaign::{BoardRecord, Campaign, RunRecord, Verification};
 use crate::characteristics::Characterisation;
-use page::{Page, text};
+use crate::figure::markup::text;
+use page::Page;
 
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]

@@ -4,17 +4,18 @@ use hexsense_core::calibration::truth::coordinates;
 use hexsense_core::excitation::DegreeOfFreedom;
 
 use super::ReportInput;
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::{align, fixed};
-use super::page::{Page, row, text};
-use super::pair::{Curve, Pair};
-use super::scale::Scale;
+use super::page::{Page, row};
 use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
 use crate::analysis::poses::Poses;
 use crate::characteristics::frequency_response::FrequencyResponse;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed};
+use crate::figure::pair::{Curve, Pair};
+use crate::figure::scale::Scale;
 
 const COLUMNS: usize = 2;
 const LEFT: f64 = 66.0;

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use hexsense_core::kinematics::inverse;
 
+use super::rows::{self, cores, output};
 use super::table::{self, Row};
-use super::{LENGTHS, POSE, Writing, cores, output, pose, rows};
+use super::writing::{LENGTHS, POSE, Writing, pose};
 use crate::cli::arguments::Base;
 use crate::geometry_file::GeometryFile;
 

@@ -9,8 +9,9 @@ use hexsense_core::kinematics::{
     Solver, inverse,
 };
 
+use super::rows::{self, cores, output};
 use super::table::{self, Columns, Lines, Row};
-use super::{LENGTHS, POSE, Writing, cores, output, pose, rows};
+use super::writing::{LENGTHS, POSE, Writing, pose};
 use crate::cli::arguments::Base;
 use crate::files::FileError;
 use crate::geometry_file::GeometryFile;
