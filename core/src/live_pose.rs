@@ -10,7 +10,7 @@
 use nalgebra::{RealField, convert};
 
 use crate::channel::{JACKS, Scan};
-use crate::kinematics::{ForwardError, Options, PoseTracker, Report, Solution, Solver};
+use crate::kinematics::{ForwardError, Options, PoseTracker, ReportFailure, Solution, Solver};
 use crate::records::{BaseError, JackCoefficients, MotionBase};
 use crate::sampling::{BlockSize, BlockSums};
 use crate::transducers::Transducers;
@@ -44,7 +44,7 @@ impl JackBlock {
 /// Poses of one base from its jacks' counts, one after another.
 #[derive(Debug, Clone)]
 pub struct Tracker<T: RealField + Copy> {
-    poses: PoseTracker<T, Report>,
+    poses: PoseTracker<T, ReportFailure>,
     transducers: Transducers<T>,
 }
 
@@ -58,7 +58,7 @@ impl<T: RealField + Copy> Tracker<T> {
         let solver = Solver::bounded(&base.geometry()?.cast::<T>(), Options::measured());
         Ok(Self {
             transducers: Transducers::new(jacks),
-            poses: PoseTracker::new(solver, Report),
+            poses: PoseTracker::new(solver, ReportFailure),
         })
     }
 

@@ -8,7 +8,7 @@ use hexsense_core::harmonics::Analyser;
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use hexsense_core::wire::Drive;
-use hexsense_probe::analysis::Run;
+use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::analysis::held_out::{HeldOut, compare, held_out};
 use hexsense_probe::analysis::results::{Analysis, Term, analyse};
 use hexsense_probe::campaign::{
@@ -29,10 +29,10 @@ struct Evidence {
     campaign: Campaign,
     board: BoardRecord,
     set: CoefficientSet,
-    runs: Vec<Run>,
+    runs: Vec<RecordedRun>,
     records: Vec<RunRecord>,
     analysis: Analysis,
-    held_out_run: Run,
+    held_out_run: RecordedRun,
     curves: HeldOut,
     verification: Verification,
     characterisation: Characterisation,
@@ -52,7 +52,7 @@ impl Evidence {
                 &geometry,
             ))
         };
-        let runs: Vec<Run> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
+        let runs: Vec<RecordedRun> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
         let mut held_out_run = record(plan.run("held-out").unwrap());
         let analysis = analyse(&geometry, &sensors, &runs).unwrap();
         let characterisation = Characterisation::new(&geometry, &sensors, &runs).unwrap();
@@ -158,7 +158,7 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
 }
 
 /// A record as the host writes it, with the sums that a board would have kept over the estimate.
-fn run_record(run: &Run, analysis: &Analysis) -> RunRecord {
+fn run_record(run: &RecordedRun, analysis: &Analysis) -> RunRecord {
     let condensed = &analysis.condensed;
     let mut sweeps = condensed.turns.iter().chain([&condensed.heave]);
     let sweep = sweeps.find(|sweep| sweep.name == run.name);

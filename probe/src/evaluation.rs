@@ -4,7 +4,7 @@ use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::results::{Analysis, analyse};
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::{Campaign, CampaignError};
 use crate::characteristics::Characterisation;
 use crate::plan::Purpose;
@@ -14,7 +14,7 @@ use crate::replay::{self, ReplayError, replay};
 #[derive(Debug, Clone)]
 pub struct Evaluation {
     /// The runs that coefficients are fitted to.
-    pub runs: Vec<Run>,
+    pub runs: Vec<RecordedRun>,
     /// Their analysis.
     pub analysis: Analysis,
     /// The motion system, in these runs and in the recorded ones that characterise.
@@ -107,7 +107,7 @@ pub fn base_and_jacks(campaign: &Campaign) -> (MotionBase, JackCoefficients) {
     (base, assumptions.jack_coefficients())
 }
 
-fn mean_temperature_c(runs: &[Run]) -> f32 {
+fn mean_temperature_c(runs: &[RecordedRun]) -> f32 {
     let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
     let count = degrees.clone().count().max(1);
     (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
@@ -119,7 +119,7 @@ fn mean_temperature_c(runs: &[Run]) -> f32 {
 /// [`EvaluationError::Campaign`] and [`EvaluationError::Analysis`].
 pub fn characterise(
     campaign: &Campaign,
-    runs: &[Run],
+    runs: &[RecordedRun],
 ) -> Result<Characterisation, EvaluationError> {
     let own = campaign.plan.runs_to(Purpose::Characterise);
     let own = own
@@ -139,7 +139,7 @@ pub fn characterise(
 /// # Errors
 /// [`EvaluationError::Campaign`], and [`EvaluationError::Sums`] for the first sum that differs or scans that are
 /// missing.
-pub fn check_sums(campaign: &Campaign, run: &Run) -> Result<usize, EvaluationError> {
+pub fn check_sums(campaign: &Campaign, run: &RecordedRun) -> Result<usize, EvaluationError> {
     let sums = campaign.record(&run.name)?.board_sums;
     for (analyser, sums) in sums.iter().enumerate() {
         replay(sums, &run.capture).map_err(|reason| EvaluationError::Sums {

@@ -92,7 +92,7 @@ pub struct Budget {
 
 /// How the values of a term are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum Distribution {
     /// Normal.
     Normal,
     /// All values within a tolerance equally likely.
@@ -101,10 +101,10 @@ pub enum Shape {
 
 impl Budget {
     /// Adds an independent contribution with standard uncertainty `standard`, in the unit of the result.
-    pub fn add(&mut self, cause: Cause, shape: Shape, standard: f64) {
+    pub fn add(&mut self, cause: Cause, shape: Distribution, standard: f64) {
         let variance = standard * standard;
         self.variances[cause as usize] += variance;
-        if shape == Shape::Uniform {
+        if shape == Distribution::Uniform {
             self.fourth_cumulant -= 1.2 * variance * variance;
         }
     }

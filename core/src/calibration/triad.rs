@@ -33,7 +33,7 @@ const SETTLED_DELAY_S: f64 = 1e-12;
 
 /// Means over one hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hold {
+pub struct MeasuredHold {
     /// Which run with holds, 0 or 1.
     pub run: usize,
     /// Middle of the averaged stretch, s from any common origin.
@@ -133,7 +133,11 @@ pub enum TriadError {
 ///
 /// # Errors
 /// Every variant of [`TriadError`].
-pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<TriadFit, TriadError> {
+pub fn fit_triad(
+    holds: &[MeasuredHold],
+    sines: &[SineRun],
+    noise: &Noise,
+) -> Result<TriadFit, TriadError> {
     if let Some(hold) = holds.iter().find(|hold| hold.run >= HOLD_RUNS) {
         return Err(TriadError::Run { run: hold.run });
     }
@@ -206,7 +210,7 @@ fn sensitivity(rows: &[Solution<UNKNOWNS>; AXES]) -> Matrix3<f64> {
 }
 
 fn fit_rows(
-    holds: &[Hold],
+    holds: &[MeasuredHold],
     sines: &[SineRun],
     noise: &Noise,
     delay_s: f64,
@@ -235,7 +239,7 @@ fn fit_rows(
     Ok([fit(0)?, fit(1)?, fit(2)?])
 }
 
-fn hold_row(hold: &Hold) -> Row {
+fn hold_row(hold: &MeasuredHold) -> Row {
     let mut row = Row::zeros();
     row.fixed_rows_mut::<AXES>(0).copy_from(&hold.truth);
     row[AXES + hold.run] = 1.0;
@@ -251,7 +255,7 @@ fn sine_row(sine: &SineRun, part: fn(&Complex<f64>) -> f64) -> Row {
 }
 
 /// 1/variance of a hold's mean: white noise, and the walk over the time from hold to hold.
-fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
+fn hold_weight(hold: &MeasuredHold, sensor: usize, noise: &Noise) -> f64 {
     let walk = noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s;
     1.0 / (noise.hold_variance(sensor, hold.length_s) + walk)
 }
@@ -303,7 +307,7 @@ impl Lag {
 fn row_covariance(
     sensor: usize,
     row: &Solution<UNKNOWNS>,
-    holds: &[Hold],
+    holds: &[MeasuredHold],
     sines: &[SineRun],
     noise: &Noise,
 ) -> Matrix3<f64> {

@@ -40,5 +40,5 @@ pub use geometry::Geometry;
 pub use inverse::{displacements, inverse};
 pub use jacobian::jacobian;
 pub use pose::Pose;
-pub use tracker::{PoseTracker, Report, SolveFromHome, SolveJumpsFromHome};
+pub use tracker::{PoseTracker, ReportFailure, SolveFromHome, SolveJumpsFromHome};
 pub use validation::GeometryError;

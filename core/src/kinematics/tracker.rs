@@ -5,7 +5,7 @@
 //!
 //! | policy | such a sample | use |
 //! |---|---|---|
-//! | [`Report`] | is an error; the next one is solved from home | a live base: the next sample comes at once |
+//! | [`ReportFailure`] | is an error; the next one is solved from home | a live base: the next sample comes at once |
 //! | [`SolveFromHome`] | is solved from home | a record with gaps and bad samples |
 //! | [`SolveJumpsFromHome`] | is solved from home after a [`ForwardError::Jump`], otherwise an error | a record on another branch than home's |
 //!
@@ -35,7 +35,7 @@ pub trait FailurePolicy {
 
 /// Reports every error.
 #[derive(Clone, Copy, Debug)]
-pub struct Report;
+pub struct ReportFailure;
 
 /// Solves the sample from home, whatever the error.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub struct SolveJumpsFromHome {
     pub jumps: usize,
 }
 
-impl FailurePolicy for Report {
+impl FailurePolicy for ReportFailure {
     #[inline(always)]
     fn track<T: RealField + Copy>(
         &mut self,

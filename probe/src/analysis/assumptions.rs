@@ -5,7 +5,7 @@
 //! The estimate is repeated with each of them, which shows how sensitive every result is to that number (GUM 5.1.3,
 //! note 2).
 
-use hexsense_core::calibration::budget::{Cause, Shape, uniform};
+use hexsense_core::calibration::budget::{Cause, Distribution, uniform};
 use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::JACKS;
 use hexsense_core::kinematics::{Geometry, GeometryError};
@@ -39,7 +39,7 @@ pub struct Perturbation {
     /// What was changed.
     pub cause: Cause,
     /// How that is distributed.
-    pub shape: Shape,
+    pub shape: Distribution,
     /// The changed assumptions.
     pub assumptions: Assumptions,
 }
@@ -114,20 +114,20 @@ impl Assumptions {
         for jack in 0..JACKS {
             for axis in 0..3 {
                 let tolerance_m = base.hinge_tolerance_m;
-                perturb(Cause::Hinges, Shape::Normal, &|assumptions| {
+                perturb(Cause::Hinges, Distribution::Normal, &|assumptions| {
                     assumptions.lower[jack][axis] += tolerance_m
                 });
-                perturb(Cause::Hinges, Shape::Normal, &|assumptions| {
+                perturb(Cause::Hinges, Distribution::Normal, &|assumptions| {
                     assumptions.upper[jack][axis] += tolerance_m
                 });
             }
         }
         let gravity_m_s2 = sensors.gravity.uncertainty_m_s2;
-        perturb(Cause::Gravity, Shape::Normal, &|assumptions| {
+        perturb(Cause::Gravity, Distribution::Normal, &|assumptions| {
             assumptions.site.gravity_m_s2 += gravity_m_s2
         });
         let mut tolerance =
-            |cause, change: &dyn Fn(&mut Self)| perturb(cause, Shape::Uniform, change);
+            |cause, change: &dyn Fn(&mut Self)| perturb(cause, Distribution::Uniform, change);
         self.perturb_jacks(sensors, &mut tolerance);
         perturb_board(sensors, &mut tolerance);
         let arm_m = uniform(sensors.lever_arm_tolerance_m);

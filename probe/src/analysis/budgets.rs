@@ -4,15 +4,15 @@
 //! perturbation's term (GUM 5.1.3, note 2). What is random, the sensors' noise and wandering, comes from the
 //! covariances of the fits.
 
-use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
-use hexsense_core::calibration::triad::Hold;
+use hexsense_core::calibration::budget::{Budget, Cause, Distribution, uniform};
+use hexsense_core::calibration::triad::MeasuredHold;
 use hexsense_core::channel::{INERTIAL, JACKS, Triad};
 use hexsense_core::excitation::DegreeOfFreedom;
 use nalgebra::Vector3;
 
 use super::AnalysisError;
 use super::assumptions::Assumptions;
-use super::condense::{Rest, Sweep};
+use super::condense::{RestMeans, Sweep};
 use super::estimate::{Condensed, Estimate, triad_counts};
 use super::poses::{pose_harmonics, rest_truth};
 use super::settling::Settling;
@@ -62,7 +62,7 @@ impl Budgets {
             .iter_mut()
             .zip(&estimate.lever_arm_noise_m)
         {
-            budget.add(Cause::SensorNoise, Shape::Normal, *noise_m);
+            budget.add(Cause::SensorNoise, Distribution::Normal, *noise_m);
         }
         for sweep in std::iter::once(&condensed.heave).chain(&condensed.turns) {
             budgets.add_jack_noise(sweep, assumptions, estimate)?;
@@ -80,14 +80,20 @@ impl Budgets {
     pub fn add_settling(&mut self, settling: &Settling, estimate: &Estimate) {
         let parts = settling.share.map(f64::sqrt);
         let later = &settling.later;
-        self.add_change(Cause::Settling, Shape::Normal, parts, estimate, later);
+        self.add_change(
+            Cause::Settling,
+            Distribution::Normal,
+            parts,
+            estimate,
+            later,
+        );
     }
 
     /// Adds the change of every result, taken at the `parts` of the three triads.
     fn add_change(
         &mut self,
         cause: Cause,
-        shape: Shape,
+        shape: Distribution,
         parts: [f64; 3],
         estimate: &Estimate,
         changed: &Estimate,
@@ -133,17 +139,21 @@ impl Budgets {
             let white = noise.density[axis] / (2.0 * zero.length_s).sqrt();
             let walk = noise.walk[axis] * zero.length_s.sqrt();
             let gain = gravity * fit.row_covariance[axis][(1, 1)].sqrt();
-            self.offset[index][axis].add(Cause::SensorNoise, Shape::Normal, white.hypot(gain));
-            self.offset[index][axis].add(Cause::BiasWalk, Shape::Normal, walk);
+            self.offset[index][axis].add(
+                Cause::SensorNoise,
+                Distribution::Normal,
+                white.hypot(gain),
+            );
+            self.offset[index][axis].add(Cause::BiasWalk, Distribution::Normal, walk);
             self.rest[index][axis].add(
                 Cause::SensorNoise,
-                Shape::Normal,
+                Distribution::Normal,
                 white * fit.matrix[(axis, axis)],
             );
             for column in 0..3 {
                 self.matrix[index][axis][column].add(
                     Cause::SensorNoise,
-                    Shape::Normal,
+                    Distribution::Normal,
                     deviations[(axis, column)],
                 );
             }
@@ -161,7 +171,7 @@ impl Budgets {
         let heave = condensed.truth(&condensed.heave, assumptions)?;
         let [lifted, ..] = condensed.sine_runs(&heave, &[], assumptions);
         let at_rest = triad_counts(&condensed.zero.counts, linear, assumptions);
-        let mut add = |holds: &[Hold], home: Vector3<f64>| -> Result<(), AnalysisError> {
+        let mut add = |holds: &[MeasuredHold], home: Vector3<f64>| -> Result<(), AnalysisError> {
             let fit = condensed.fit(linear, holds, &lifted)?;
             let mut changed = estimate.clone();
             changed.home = home;
@@ -169,7 +179,7 @@ impl Budgets {
             changed.fits[linear.index()] = fit;
             self.add_change(
                 Cause::JackNoise,
-                Shape::Normal,
+                Distribution::Normal,
                 [1.0; 3],
                 estimate,
                 &changed,
@@ -177,7 +187,7 @@ impl Budgets {
             Ok(())
         };
         for jack in 0..JACKS {
-            let noisy = |rest: &Rest, run: &str| {
+            let noisy = |rest: &RestMeans, run: &str| {
                 let mut rest = rest.clone();
                 rest.counts[INERTIAL + jack] += rest.jack_noise[jack];
                 rest_truth(assumptions, &rest, run)
@@ -212,10 +222,10 @@ impl Budgets {
             let (index, axis) = (triad.index(), driven % 3);
             let gain = estimate.fits[index].matrix[(axis, axis)];
             let standard = gain * fit.uncertainty.amplitude[0] / amplitude;
-            self.matrix[index][axis][axis].add(Cause::JackNoise, Shape::Normal, standard);
+            self.matrix[index][axis][axis].add(Cause::JackNoise, Distribution::Normal, standard);
             let phase =
                 estimate.fits[index].delay_shares[axis] * fit.uncertainty.amplitude[0] / amplitude;
-            self.delay[index].add(Cause::JackNoise, Shape::Normal, phase / sweep.omega);
+            self.delay[index].add(Cause::JackNoise, Distribution::Normal, phase / sweep.omega);
         }
         Ok(())
     }
@@ -225,11 +235,11 @@ impl Budgets {
     /// uniform itself: its fourth cumulant is almost that of a normal distribution (−0.02 at 0.6 to 1 and 50 to 120 Hz).
     fn add_delay(&mut self, triad: Triad, estimate: &Estimate, sensors: &SensorFile) {
         let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
-        self.delay[index].add(Cause::SensorNoise, Shape::Normal, fit.delay_noise_s);
+        self.delay[index].add(Cause::SensorNoise, Distribution::Normal, fit.delay_noise_s);
         let deviation_s = sensors.triad(triad).delay_deviation_s();
         for share in fit.delay_shares {
             let excess = share - 1.0 / 3.0;
-            self.delay[index].add(Cause::Bandwidth, Shape::Normal, excess * deviation_s);
+            self.delay[index].add(Cause::Bandwidth, Distribution::Normal, excess * deviation_s);
         }
     }
 
@@ -258,7 +268,7 @@ impl Budgets {
                 let gain = estimate.fits[index].matrix[(axis, axis)];
                 self.matrix[index][axis][axis].add(
                     Cause::Bandwidth,
-                    Shape::Uniform,
+                    Distribution::Uniform,
                     gain * relative,
                 );
             }

@@ -1,6 +1,6 @@
 //! Offsets, matrices and delays from condensed runs under assumptions.
 
-use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
+use hexsense_core::calibration::triad::{MeasuredHold, Noise, SineRun, TriadFit, fit_triad};
 use hexsense_core::calibration::truth::{SineTruth, sine_truth};
 use hexsense_core::channel::{CHANNELS, Triad};
 use hexsense_core::least_squares::NormalEquations;
@@ -9,7 +9,7 @@ use nalgebra::{Complex, Vector3};
 
 use super::AnalysisError;
 use super::assumptions::Assumptions;
-use super::condense::{HoldRun, Rest, Sweep};
+use super::condense::{HoldRun, RestMeans, Sweep};
 use super::poses::{complex, pose_harmonics, rest_truth};
 
 /// All condensed runs of a campaign.
@@ -18,7 +18,7 @@ pub struct Condensed {
     /// Scan rate, Hz.
     pub rate_hz: u32,
     /// The zero run.
-    pub zero: Rest,
+    pub zero: RestMeans,
     /// The runs with holds: along pitch, along roll.
     pub hold_runs: Vec<HoldRun>,
     /// The heave run, which moves the accelerometers.
@@ -126,7 +126,7 @@ impl Condensed {
     pub fn fit(
         &self,
         triad: Triad,
-        holds: &[Hold],
+        holds: &[MeasuredHold],
         sines: &[SineRun],
     ) -> Result<TriadFit, AnalysisError> {
         fit_triad(holds, sines, &self.noise[triad.index()])
@@ -173,13 +173,13 @@ impl Condensed {
     ///
     /// # Errors
     /// [`AnalysisError::Pose`] and [`AnalysisError::Tolerance`].
-    pub fn holds(&self, assumptions: &Assumptions) -> Result<Vec<Hold>, AnalysisError> {
+    pub fn holds(&self, assumptions: &Assumptions) -> Result<Vec<MeasuredHold>, AnalysisError> {
         let mut holds = Vec::new();
         for (run, hold_run) in self.hold_runs.iter().enumerate() {
             for rest in &hold_run.holds {
                 let counts = triad_counts(&rest.counts, Triad::LinearAcceleration, assumptions);
                 let truth = rest_truth(assumptions, rest, &hold_run.name)?;
-                holds.push(Hold {
+                holds.push(MeasuredHold {
                     run,
                     time_s: rest.time_s,
                     length_s: rest.length_s,

@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use super::assumptions::Assumptions;
 use super::condense::Counts;
 use super::filter::zero_phase_low_pass;
-use super::poses::Poses;
+use super::poses::RunPoses;
 use super::results::Results;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
@@ -145,7 +145,7 @@ pub struct HeldOut {
 pub fn held_out(
     base: &GeometryFile,
     sensors: &SensorFile,
-    run: &Run,
+    run: &RecordedRun,
     results: &Results,
 ) -> Result<HeldOut, AnalysisError> {
     let counts = Counts::new(run)?;
@@ -200,7 +200,7 @@ pub fn held_out(
 
 /// The scans of the movement, in whole groups, with what the low-pass needs at both ends.
 fn movement(
-    run: &Run,
+    run: &RecordedRun,
     counts: &Counts,
     base: &GeometryFile,
     group: usize,
@@ -229,12 +229,12 @@ fn advance(values: &[f64], samples: f64) -> Vec<f64> {
 fn reference(
     base: &GeometryFile,
     sensors: &SensorFile,
-    run: &Run,
+    run: &RecordedRun,
     results: &Results,
     jacks: &[[f64; JACKS]],
 ) -> Result<Signals, AnalysisError> {
     let assumptions = Assumptions::new(base, sensors);
-    let mut poses = Poses::new(&assumptions, &run.name)?;
+    let mut poses = RunPoses::new(&assumptions, &run.name)?;
     let mut coordinates: [Vec<f64>; 6] = Default::default();
     for counts in jacks {
         let pose = poses.next(counts)?;

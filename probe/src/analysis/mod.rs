@@ -47,7 +47,7 @@ use crate::capture::Capture;
 
 /// One recorded run.
 #[derive(Debug, Clone)]
-pub struct Run {
+pub struct RecordedRun {
     /// Name of the run, as in the plan.
     pub name: String,
     /// What the base was told to do.

@@ -3,22 +3,22 @@
 use hexsense_core::calibration::truth::{coordinates, specific_force_at_rest};
 use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS};
 use hexsense_core::harmonics::{Harmonic, Harmonics, Series};
-use hexsense_core::kinematics::{Options, Pose, PoseTracker, Report, Solver};
+use hexsense_core::kinematics::{Options, Pose, PoseTracker, ReportFailure, Solver};
 use hexsense_core::sampling::instant_s;
 use nalgebra::{Complex, Vector3};
 
 use super::AnalysisError;
 use super::assumptions::Assumptions;
-use super::condense::{Rest, Sweep};
+use super::condense::{RestMeans, Sweep};
 
 /// Poses of a base, one after another.
-pub struct Poses<'a> {
+pub struct RunPoses<'a> {
     assumptions: &'a Assumptions,
-    tracker: PoseTracker<f64, Report>,
+    tracker: PoseTracker<f64, ReportFailure>,
     run: &'a str,
 }
 
-impl<'a> Poses<'a> {
+impl<'a> RunPoses<'a> {
     /// Starts at home; `run` is named in errors.
     ///
     /// # Errors
@@ -33,7 +33,7 @@ impl<'a> Poses<'a> {
         let solver = Solver::new(&geometry, Options::measured());
         Ok(Self {
             assumptions,
-            tracker: PoseTracker::new(solver, Report),
+            tracker: PoseTracker::new(solver, ReportFailure),
             run,
         })
     }
@@ -56,11 +56,11 @@ impl<'a> Poses<'a> {
 /// Specific force on a base at rest.
 pub(super) fn rest_truth(
     assumptions: &Assumptions,
-    rest: &Rest,
+    rest: &RestMeans,
     run: &str,
 ) -> Result<Vector3<f64>, AnalysisError> {
     let counts = core::array::from_fn(|jack| rest.counts[INERTIAL + jack]);
-    let pose = Poses::new(assumptions, run)?.next(&counts)?;
+    let pose = RunPoses::new(assumptions, run)?.next(&counts)?;
     Ok(specific_force_at_rest(&pose.rotation, &assumptions.site))
 }
 
@@ -75,7 +75,7 @@ pub fn pose_harmonics(
     let period_s = 1.0 / f64::from(sweep.rate_hz);
     let group = sweep.group as f64;
     let per_group = sweep.omega * period_s * group;
-    let mut poses = Poses::new(assumptions, &sweep.name)?;
+    let mut poses = RunPoses::new(assumptions, &sweep.name)?;
     let path: Vec<[f64; 6]> = sweep
         .jacks
         .iter()

@@ -1,17 +1,17 @@
 //! The results of a campaign with their uncertainties, and the coefficient set made of them.
 
-use hexsense_core::calibration::budget::{Budget, Cause, Shape};
+use hexsense_core::calibration::budget::{Budget, Cause, Distribution};
 use hexsense_core::channel::{INERTIAL, NAMES, Triad};
 use hexsense_core::records::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
 use super::assumptions::Assumptions;
 use super::budgets::Budgets;
-use super::campaign::Campaign;
+use super::campaign::CondensedCampaign;
 use super::estimate::{Condensed, Estimate};
 use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
 use super::settling::Settling;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
@@ -101,9 +101,9 @@ pub struct Analysis {
 pub fn analyse(
     base: &GeometryFile,
     sensors: &SensorFile,
-    runs: &[Run],
+    runs: &[RecordedRun],
 ) -> Result<Analysis, AnalysisError> {
-    let Campaign { condensed, later } = Campaign::new(base, sensors, runs)?;
+    let CondensedCampaign { condensed, later } = CondensedCampaign::new(base, sensors, runs)?;
     let assumptions = Assumptions::new(base, sensors);
     let estimate = condensed.estimate(&assumptions)?;
     let mut budgets = Budgets::new(&condensed, &assumptions, &estimate, base, sensors)?;
@@ -126,7 +126,7 @@ pub fn analyse(
         gravity_m_s2: {
             let mut budget = Budget::default();
             let standard = sensors.gravity.uncertainty_m_s2;
-            budget.add(Cause::Gravity, Shape::Normal, standard);
+            budget.add(Cause::Gravity, Distribution::Normal, standard);
             measured(sensors.gravity.m_s2, &budget)
         },
         lever_arm_m: core::array::from_fn(|axis| {

@@ -17,7 +17,7 @@
 //! n + 2√2n being what noise alone reaches in one case of forty, so that a campaign without transients is not charged for
 //! its noise once more. A slow motion that sensors and jacks agree about is no error, and does not count.
 
-use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit};
+use hexsense_core::calibration::triad::{MeasuredHold, Noise, SineRun, TriadFit};
 use hexsense_core::calibration::truth::SineTruth;
 use hexsense_core::channel::Triad;
 use nalgebra::Complex;
@@ -105,7 +105,7 @@ struct Disagreement {
 }
 
 impl Disagreement {
-    fn add_hold(&mut self, whole: &Hold, later: &Hold, (fit, noise): Model) {
+    fn add_hold(&mut self, whole: &MeasuredHold, later: &MeasuredHold, (fit, noise): Model) {
         let counts = later.counts - whole.counts;
         let difference = counts - fit.sensitivity * (later.truth - whole.truth);
         for sensor in 0..3 {

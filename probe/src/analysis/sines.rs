@@ -12,7 +12,7 @@ use hexsense_core::kinematics::Geometry;
 
 use super::condense::{Counts, Sweep};
 use super::onset::most_moved;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 
 /// Jack series are averaged down to this rate, Hz: ten times the fifth harmonic of 1 Hz.
 const JACK_RATE_HZ: u32 = 50;
@@ -82,7 +82,7 @@ impl Sweep {
     }
 }
 
-fn no_sine(run: &Run, sine: &Sine, channel: usize) -> AnalysisError {
+fn no_sine(run: &RecordedRun, sine: &Sine, channel: usize) -> AnalysisError {
     AnalysisError::NoSine {
         run: run.name.clone(),
         channel: NAMES[channel],

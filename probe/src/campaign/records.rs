@@ -235,8 +235,8 @@ impl Campaign {
     ///
     /// # Errors
     /// Those of [`Campaign::capture`] and [`Campaign::record`].
-    pub fn recorded(&self, run: &Run) -> Result<analysis::Run, CampaignError> {
-        Ok(analysis::Run {
+    pub fn recorded(&self, run: &Run) -> Result<analysis::RecordedRun, CampaignError> {
+        Ok(analysis::RecordedRun {
             name: run.name.clone(),
             program: run.program(),
             capture: self.capture(&run.name)?,

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::{Sweep, sweep};
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 use frequency_response::FrequencyResponse;
@@ -41,7 +41,7 @@ impl Characterisation {
     pub fn new<'a>(
         base: &GeometryFile,
         sensors: &SensorFile,
-        runs: impl IntoIterator<Item = &'a Run>,
+        runs: impl IntoIterator<Item = &'a RecordedRun>,
     ) -> Result<Self, AnalysisError> {
         let assumptions = Assumptions::new(base, sensors);
         let mut found = Self::default();

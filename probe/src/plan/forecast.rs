@@ -22,7 +22,7 @@ use super::{Plan, Purpose, Run};
 use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::budgets::Budgets;
-use crate::analysis::condense::{Counts, HoldRun, Rest, Sweep, hold_run, sweep};
+use crate::analysis::condense::{Counts, HoldRun, RestMeans, Sweep, hold_run, sweep};
 use crate::analysis::estimate::{Condensed, Estimate};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -161,7 +161,7 @@ fn tilted_further(program: &Program, error_rad: f64) -> Program {
 }
 
 /// A heave run in which nothing moves: it holds no information, and the estimate then rests on gravity alone.
-fn no_heave(zero: &Rest) -> Sweep {
+fn no_heave(zero: &RestMeans) -> Sweep {
     const HZ: f64 = 0.5;
     const PERIODS: f64 = 3.0;
     let still = Harmonics {

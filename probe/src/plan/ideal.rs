@@ -9,7 +9,7 @@ use hexsense_core::excitation::Program;
 use hexsense_core::kinematics::{Pose, displacements};
 use nalgebra::Vector3;
 
-use crate::analysis::Run;
+use crate::analysis::RecordedRun;
 use crate::capture::Capture;
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -39,7 +39,7 @@ impl Ideal<'_> {
         felt: &Program,
         rest_s: Option<f64>,
         first: u64,
-    ) -> Run {
+    ) -> RecordedRun {
         let period_s = 1.0 / f64::from(RATE_HZ);
         let lead_s = if rest_s.is_some() { 0.0 } else { REST_S };
         let length_s = rest_s.unwrap_or_else(|| program.duration_s() + 2.0 * REST_S);
@@ -51,7 +51,7 @@ impl Ideal<'_> {
             let time_s = f64::from(scan) * period_s - lead_s;
             self.scan(&program.pose(geometry, time_s), around, period_s)
         });
-        Run {
+        RecordedRun {
             name: name.to_owned(),
             capture: Capture {
                 scans: (first..).take(scans).collect(),

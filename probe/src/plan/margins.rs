@@ -6,7 +6,7 @@
 //! stands on its own: any browser shows it.
 
 use super::hinges::{Joint, Swings, swings};
-use super::uses::{JACKS, Quantity, Room, Row, rows};
+use super::uses::{JACKS, JackRow, Quantity, Room, rows};
 use super::{Plan, Run};
 use crate::figure::curve::Point;
 use crate::figure::drawing::{Anchor, Drawing, Panel, Sample};
@@ -163,7 +163,7 @@ fn curves(run: &Run, period_s: f64, geometry: &GeometryFile) -> [[Vec<Point>; JA
     let step_s = step_s(run, period_s);
     let group = ((run.duration_s() / step_s) as usize / POINTS).max(1);
     let mut curves: [[Vec<Point>; JACKS]; 3] = Default::default();
-    let mut add = |rows: &[Row]| {
+    let mut add = |rows: &[JackRow]| {
         for (quantity, curves) in Quantity::ALL.into_iter().zip(&mut curves) {
             for (jack, curve) in curves.iter_mut().enumerate() {
                 let uses = rows.iter().map(|row| {

@@ -21,7 +21,7 @@ use hexsense_core::harmonics::{Harmonics, Series, solve_channel};
 
 use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
-use crate::analysis::poses::Poses;
+use crate::analysis::poses::RunPoses;
 use crate::campaign::BoardSums;
 use crate::report::signals::value;
 
@@ -64,7 +64,7 @@ pub fn gains(
         return Ok(None);
     };
     let (sensors, jacks) = all.split_at(INERTIAL);
-    let mut poses = Poses::new(assumptions, run)?;
+    let mut poses = RunPoses::new(assumptions, run)?;
     let mut path = Vec::with_capacity(POINTS);
     for point in 0..POINTS {
         let theta = TAU * point as f64 / POINTS as f64;

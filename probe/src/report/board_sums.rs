@@ -13,7 +13,7 @@ use super::page::{Page, row};
 use super::signals::driven;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::BoardSums;
 use crate::figure::markup::text;
 use crate::figure::number::{align, fixed, rounded, significant};
@@ -24,7 +24,7 @@ use crate::replay::{ReplayError, replay};
 /// # Errors
 /// [`AnalysisError`] when the jacks give no pose.
 pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError> {
-    let recorded: Vec<(&Run, &BoardSums)> = recorded(input).collect();
+    let recorded: Vec<(&RecordedRun, &BoardSums)> = recorded(input).collect();
     if recorded.is_empty() {
         return Ok(());
     }
@@ -48,7 +48,7 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
 }
 
 /// Runs with each of their sums.
-fn recorded<'a>(input: &'a ReportInput) -> impl Iterator<Item = (&'a Run, &'a BoardSums)> {
+fn recorded<'a>(input: &'a ReportInput) -> impl Iterator<Item = (&'a RecordedRun, &'a BoardSums)> {
     let verified = input.verified.map(|verified| verified.run);
     let runs = input.runs.iter().chain(verified);
     runs.flat_map(|run| {
@@ -70,7 +70,7 @@ struct Comparison<'a> {
 fn compare<'a>(
     sweep: &'a Sweep,
     sums: &BoardSums,
-    run: &Run,
+    run: &RecordedRun,
     assumptions: &Assumptions,
 ) -> Result<Vec<Comparison<'a>>, AnalysisError> {
     let supply = mean_supply(run, sums);
@@ -98,7 +98,7 @@ fn compare<'a>(
 }
 
 /// Mean supply factor over the board's window, or over the whole run where the capture does not hold it.
-fn mean_supply(run: &Run, sums: &BoardSums) -> f64 {
+fn mean_supply(run: &RecordedRun, sums: &BoardSums) -> f64 {
     let supply = &run.capture.supply;
     let scans = sums.drive.blocks as usize * sums.drive.block.scans();
     let window = run.capture.window(sums.first_scan, scans);
@@ -174,7 +174,7 @@ fn factors(page: &mut Page, input: &ReportInput, rows: &[Comparison]) {
 }
 
 /// What was summed, and what summing the capture again gave.
-fn replays(page: &mut Page, recorded: &[(&Run, &BoardSums)]) {
+fn replays(page: &mut Page, recorded: &[(&RecordedRun, &BoardSums)]) {
     let cells = recorded.iter().map(|(run, sums)| {
         let drive = &sums.drive;
         let (class, outcome) = match replay(sums, &run.capture) {

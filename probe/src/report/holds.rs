@@ -1,6 +1,6 @@
 //! The accelerometers on the holds: mean counts against the specific force that the pose says, with the fit.
 
-use hexsense_core::calibration::triad::Hold;
+use hexsense_core::calibration::triad::MeasuredHold;
 use hexsense_core::channel::{NAMES, Triad};
 
 use super::ReportInput;
@@ -67,7 +67,7 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(input: &ReportInput, holds: &[Hold], axis: usize) -> Self {
+    fn new(input: &ReportInput, holds: &[MeasuredHold], axis: usize) -> Self {
         let triad = Triad::LinearAcceleration.index();
         let fit = &input.analysis.estimate.fits[triad];
         let offset = &input.analysis.estimate.offsets[triad];

@@ -9,7 +9,7 @@ use hexsense_core::kinematics::displacements;
 use super::ReportInput;
 use super::page::Page;
 use crate::analysis::condense::Counts;
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::figure::curve::{Point, Stretch, envelope, group_of, means};
 use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
 use crate::figure::markup::text;
@@ -79,7 +79,11 @@ fn root_mean_square(points: &[Point]) -> f64 {
     (squares / points.len().max(1) as f64).sqrt()
 }
 
-fn tracks(input: &ReportInput, run: &Run, onset_s: f64) -> Result<[Track; JACKS], AnalysisError> {
+fn tracks(
+    input: &ReportInput,
+    run: &RecordedRun,
+    onset_s: f64,
+) -> Result<[Track; JACKS], AnalysisError> {
     let base = &input.campaign.geometry.geometry;
     let transducers = input.campaign.sensors.transducers(base);
     let counts = Counts::new(run)?;

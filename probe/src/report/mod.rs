@@ -37,7 +37,7 @@ use hexsense_core::records::CoefficientSet;
 use crate::analysis::condense::Sweep;
 use crate::analysis::held_out::HeldOut;
 use crate::analysis::results::Analysis;
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::{BoardRecord, Campaign, RunRecord, Verification};
 use crate::characteristics::Characterisation;
 use crate::figure::markup::text;
@@ -53,7 +53,7 @@ pub struct ReportInput<'a> {
     /// The coefficient set that came out.
     pub set: &'a CoefficientSet,
     /// The runs that were analysed.
-    pub runs: &'a [Run],
+    pub runs: &'a [RecordedRun],
     /// What is known of all recorded runs beside their scans.
     pub records: &'a [RunRecord],
     /// What the analysis of `runs` brought forth.
@@ -68,7 +68,7 @@ pub struct ReportInput<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Verified<'a> {
     /// The run.
-    pub run: &'a Run,
+    pub run: &'a RecordedRun,
     /// Its values and their reference.
     pub curves: &'a HeldOut,
     /// How channels and poses of the board came out.
@@ -83,7 +83,7 @@ impl ReportInput<'_> {
     }
 
     /// The analysed run of this name.
-    fn run(&self, name: &str) -> Option<&Run> {
+    fn run(&self, name: &str) -> Option<&RecordedRun> {
         self.runs.iter().find(|run| run.name == name)
     }
 }

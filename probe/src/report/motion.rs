@@ -8,7 +8,7 @@ use super::page::{Page, row};
 use crate::analysis::AnalysisError;
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
-use crate::analysis::poses::Poses;
+use crate::analysis::poses::RunPoses;
 use crate::characteristics::frequency_response::FrequencyResponse;
 use crate::figure::curve::Point;
 use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
@@ -125,7 +125,7 @@ impl Path {
         let home = coordinates(&base.home())[sweep.freedom as usize];
         let rate = f64::from(sweep.rate_hz);
         let (factor, ..) = unit(sweep.freedom.is_rotation());
-        let mut poses = Poses::new(assumptions, &sweep.name)?;
+        let mut poses = RunPoses::new(assumptions, &sweep.name)?;
         let (mut command, mut pose, mut error) = (Vec::new(), Vec::new(), Vec::new());
         for (group, counts) in sweep.jacks.iter().enumerate() {
             let middle = group as f64 * sweep.group as f64 + (sweep.group as f64 - 1.0) / 2.0;
