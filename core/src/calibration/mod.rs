@@ -13,6 +13,7 @@
 //! | zero: the base stands still at home, and must | [`zero`] |
 //! | truth on a hold: gravity's projection by the pose | [`truth::specific_force_at_rest`] |
 //! | truth of a sine run: rates and accelerations of the fitted pose | [`truth`] |
+//! | means, amplitudes and their noise | [`observation`] |
 //! | sensitivity and delay of a triad from holds and sine runs | [`triad`] |
 //! | gravity where nobody has measured it | [`gravity`] |
 //! | standard uncertainty from all its terms | [`budget`] |
@@ -24,6 +25,7 @@
 
 pub mod budget;
 pub mod gravity;
+pub mod observation;
 pub mod triad;
 pub mod truth;
 pub mod zero;

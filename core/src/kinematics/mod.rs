@@ -9,6 +9,7 @@
 //! | [`jacobian`](mod@jacobian) | how lengths change with the pose, equation (2), and how well that can be undone |
 //! | [`forward`] | a pose from jack lengths, equation (3): what is asked and answered |
 //! | [`tracker`] | pose after pose of a moving base |
+//! | `refusal.rs` | what it refuses |
 //! | `excursion.rs` | the equations of forward kinematics, counted from home |
 //! | `newton.rs` | Newton's method on them |
 //! | `path.rs` | following the branch, or descending, where Newton's method will not do |
@@ -30,6 +31,7 @@ mod newton;
 mod outcome;
 mod path;
 pub mod pose;
+mod refusal;
 mod six;
 pub mod tracker;
 pub mod validation;

@@ -21,11 +21,13 @@
 //! broke off, is `captures/NAME.csv.part`. A campaign that broke off goes on with the first run that is not recorded.
 //!
 //! - [`begun`]: a campaign begun, and gone on with.
-//! - [`records`]: what is noted of the board, of each run, and of the results.
+//! - [`records`]: what is noted of the board and of each run.
+//! - [`results`]: what is found.
 
 pub mod begun;
 mod error;
 pub mod records;
+pub mod results;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,7 +43,8 @@ use crate::sensor_file::SensorFile;
 
 pub use begun::{Begun, Given};
 pub use error::CampaignError;
-pub use records::{BoardPoses, BoardRecord, BoardSums, RunRecord, Verification};
+pub use records::{BoardRecord, BoardSums, RunRecord};
+pub use results::{BoardPoses, Verification};
 
 /// A campaign whose plan is checked and whose folder is there.
 #[derive(Debug, Clone)]

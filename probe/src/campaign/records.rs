@@ -1,4 +1,4 @@
-//! What a campaign notes: the board, each run, and the results.
+//! What a campaign notes of the board and of each run.
 //!
 //! Everything is JSON, written whole or not at all. A run's note is written last, and with it the run is recorded.
 
@@ -14,10 +14,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{Campaign, CampaignError, other};
-use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
-use crate::board_pose::{self, Difference};
+use crate::analysis;
 use crate::capture::Capture;
-use crate::characteristics::Characteristics;
 use crate::files::{self, FileError};
 use crate::plan::{Purpose, Run};
 
@@ -68,39 +66,6 @@ pub struct BoardSums {
     pub channels: [ChannelSums; CHANNELS],
 }
 
-/// How the board came out on the held-out movement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Verification {
-    /// Its own poses against double precision.
-    pub board_pose: BoardPoses,
-    /// One verdict for each channel.
-    pub channels: Vec<ChannelVerdict>,
-}
-
-/// What single precision costs the board's own poses.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BoardPoses {
-    /// Poses compared.
-    pub poses: usize,
-    /// Largest distance of O, m.
-    pub largest_m: f64,
-    /// Largest angle, rad.
-    pub largest_rad: f64,
-    /// Limit of both.
-    pub limit: f64,
-}
-
-impl From<Difference> for BoardPoses {
-    fn from(difference: Difference) -> Self {
-        Self {
-            poses: difference.poses,
-            largest_m: difference.largest_m,
-            largest_rad: difference.largest_rad,
-            limit: board_pose::MAX_DIFFERENCE,
-        }
-    }
-}
-
 impl Campaign {
     /// Whether the campaign was begun with this board, or with none yet.
     ///
@@ -133,70 +98,6 @@ impl Campaign {
     /// [`FileError`].
     pub fn board(&self) -> Result<BoardRecord, FileError> {
         read_json(&self.folder.join("board.json"))
-    }
-
-    /// Writes the results of the calibration.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn note_results(&self, results: &Results) -> Result<(), FileError> {
-        write_json(&self.folder.join("results.json"), results)
-    }
-
-    /// The results of the calibration.
-    ///
-    /// # Errors
-    /// [`CampaignError::Unfinished`] and [`CampaignError::File`].
-    pub fn results(&self) -> Result<Results, CampaignError> {
-        Ok(read_json(&self.finished("results.json")?)?)
-    }
-
-    /// Where the coefficient set of a finished campaign is.
-    ///
-    /// # Errors
-    /// [`CampaignError::Unfinished`].
-    pub fn coefficients_path(&self) -> Result<PathBuf, CampaignError> {
-        self.finished("coefficients.toml")
-    }
-
-    fn finished(&self, name: &str) -> Result<PathBuf, CampaignError> {
-        let path = self.folder.join(name);
-        if path.exists() {
-            return Ok(path);
-        }
-        Err(CampaignError::Unfinished {
-            file: path.display().to_string(),
-            command: format!("calibrate --resume {}", self.folder.display()),
-        })
-    }
-
-    /// Writes what the motion system does.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn note_characteristics(&self, found: &Characteristics) -> Result<(), FileError> {
-        write_json(&self.folder.join("characteristics.json"), found)
-    }
-
-    /// Writes how channels and poses of the board came out on the held-out movement.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn note_verification(&self, verification: &Verification) -> Result<(), FileError> {
-        write_json(&self.verification_path(), verification)
-    }
-
-    /// How they came out; `None` before the campaign is verified.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn verification(&self) -> Result<Option<Verification>, FileError> {
-        let path = self.verification_path();
-        path.exists().then(|| read_json(&path)).transpose()
-    }
-
-    fn verification_path(&self) -> PathBuf {
-        self.folder.join("verification.json")
     }
 
     /// Length of everything that is recorded to calibrate and to verify, s: what passes at least between the first run
@@ -270,16 +171,7 @@ impl Campaign {
         write_json(&self.record_path(&record.run), record)
     }
 
-    /// Makes the campaign count as not verified and its run to verify with as not recorded.
-    ///
-    /// # Errors
-    /// [`FileError::Write`].
-    pub fn forget_verification(&self, run: &str) -> Result<(), FileError> {
-        remove(&self.verification_path())?;
-        remove(&self.record_path(run))
-    }
-
-    fn record_path(&self, run: &str) -> PathBuf {
+    pub(super) fn record_path(&self, run: &str) -> PathBuf {
         self.folder.join("captures").join(format!("{run}.json"))
     }
 
@@ -296,7 +188,7 @@ impl Campaign {
     }
 }
 
-fn remove(path: &Path) -> Result<(), FileError> {
+pub(super) fn remove(path: &Path) -> Result<(), FileError> {
     match fs::remove_file(path) {
         Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
             file: path.display().to_string(),
