@@ -8,9 +8,9 @@
 //! sensor sums ──▶ harmonics ──▶ A in counts             k = A_p·(2πf)² / A   or, for a rate,  A_p·2πf / A
 //! ```
 //!
-//! The coordinates are position of O and rotation vector: X and roll, Y and yaw, Z and pitch. A factor means something
-//! for the axis that is driven, about a level pose. Those of the linear accelerations are of the movement of O alone:
-//! gravity, which a tilt brings in, and a lever arm are left to the calibration.
+//! The coordinates are position of O and rotation vector: X and roll, Y and yaw, Z and pitch. A factor is meaningful for
+//! the driven axis, about a level pose. The factors of the linear accelerations count the movement of O alone; gravity,
+//! which a tilt brings in, and the lever arm are left to the calibration.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};

@@ -10,13 +10,15 @@ use crate::characteristics::Characterisation;
 use crate::plan::Purpose;
 use crate::replay::{self, ReplayError, replay};
 
-/// What the runs of a campaign bring forth.
+/// What the runs of a campaign give.
 #[derive(Debug, Clone)]
 pub struct Evaluation {
     /// The runs that coefficients are fitted to.
     pub runs: Vec<RecordedRun>,
     /// Their analysis.
     pub analysis: Analysis,
+    /// How many harmonic sums of the board are the integers that the captures give: all that it sent.
+    pub sums: usize,
     /// The motion system, in these runs and in the recorded ones that characterise.
     pub characterisation: Characterisation,
 }
@@ -59,11 +61,11 @@ impl Evaluation {
         for run in &runs {
             sums += check_sums(campaign, run)?;
         }
-        eprintln!("{sums} harmonic sums of the board: each is the integer that the capture gives");
         let characterisation = characterise(campaign, &runs)?;
         Ok(Self {
             runs,
             analysis,
+            sums,
             characterisation,
         })
     }

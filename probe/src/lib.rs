@@ -7,16 +7,16 @@
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
 //! | [`reconnect`] | a board that went away, and comes back |
 //! | [`key_file`] | the key without which nothing on the board can be changed |
-//! | [`motion`] | who drives the base: a person at its controller, or the twin |
+//! | [`motion`] | what drives the base: a person at its controller, or the twin |
 //! | [`record`] | one run: from the stream of scans to a [`capture`] |
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`replay`] | the board's harmonic sums made again from a capture |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
 //! | [`characteristics`] | from captures to what the motion system does |
 //! | [`evaluation`] | both, of a whole campaign |
-//! | [`board_pose`] | the board's own poses against double precision |
+//! | [`board_pose`] | the board's own poses compared with double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
-//! | [`report`] | all of it on one page, for whoever must trust the coefficients |
+//! | [`report`] | all of it on one page, for those who must trust the coefficients |
 //! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |

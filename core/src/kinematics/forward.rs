@@ -2,7 +2,7 @@
 //!
 //! F_k(q) = |p + A·b_k − a_k| − l_k = 0 has up to forty real solutions (P. Dietmaier 1998), the assembly branches; a
 //! base stays on the one it was built on, because a change of branch leads through a singular pose, where its jacks
-//! do not hold it. So a solution without its branch is worth nothing, and there are three ways to ask:
+//! do not hold it. So a solution is useful only with its branch, and there are three calls:
 //!
 //! | call | starts from | keeps the branch | use |
 //! |---|---|---|---|
@@ -12,11 +12,11 @@
 //!
 //! All three try Newton's method first (`newton.rs`) on the equations in `excursion.rs`. Where it does not contract,
 //! the first two follow the branch along a path in the lengths and the third descends (`path.rs`). The sign of det J
-//! at the solution is compared with that at the start. What is returned has a residual below the tolerance, measured,
-//! not predicted; everything else is a [`ForwardError`].
+//! at the solution is compared with that at the start. A returned solution has a measured residual below the
+//! tolerance; everything else is a [`ForwardError`].
 //!
-//! From home every pose is to be found that a straight path (position, rotation vector) joins to home inside the
-//! stroke and without a change of the sign of det J; the tests hold the presets to it with ten thousand poses each.
+//! From home the solver finds every pose that a straight path (position, rotation vector) joins to home inside the
+//! stroke and without a change of the sign of det J; the tests check this with ten thousand poses of each preset.
 
 use nalgebra::{RealField, convert};
 use simba::scalar::SupersetOf;
@@ -33,7 +33,7 @@ use super::{
     six::Six,
 };
 
-/// Forward kinematics of one base: what can be known beforehand is computed once.
+/// Forward kinematics of one base: everything that depends on the base alone is computed once.
 #[derive(Clone, Debug)]
 pub struct Solver<T: RealField + Copy> {
     pub(super) geometry: Geometry<T>,

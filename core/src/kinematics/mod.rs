@@ -12,7 +12,7 @@
 //! | `refusal.rs` | what it refuses |
 //! | `excursion.rs` | the equations of forward kinematics, counted from home |
 //! | `newton.rs` | Newton's method on them |
-//! | `path.rs` | following the branch, or descending, where Newton's method will not do |
+//! | `path.rs` | following the branch, or descending, where Newton's method does not contract |
 //! | `linear.rs`, `six.rs`, `exact.rs` | the 6×6 system of a step; six jacks at a time; sums with their errors |
 //!
 //! Frames: OXYZ is fixed to the body, its origin O in the plane of the upper hinges; the earth frame's origin lies

@@ -12,7 +12,7 @@ use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
-/// The condensed runs of a campaign, and what is left of them when the base and the sensors are given more time.
+/// The condensed runs of a campaign, and the later parts of them, for which base and sensors had more time to settle.
 #[derive(Debug, Clone)]
 pub struct CondensedCampaign {
     /// Everything.
@@ -22,7 +22,7 @@ pub struct CondensedCampaign {
 }
 
 impl CondensedCampaign {
-    /// Condenses `runs`; those that are none of the method's are passed over.
+    /// Condenses `runs`; runs that the method does not use are passed over.
     ///
     /// # Errors
     /// Every variant of [`AnalysisError`] that speaks of runs, the zero run or sines.

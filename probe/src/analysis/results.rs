@@ -75,13 +75,13 @@ pub struct Results {
     pub lever_arm_m: [Measured; 3],
     /// The lever arm checked by the second harmonic in the angular sine runs.
     pub second_harmonics: Vec<SecondHarmonic>,
-    /// What does not fit together, with what to do; nothing when all is well.
+    /// What does not fit together and what to do; empty when all is well.
     pub warnings: Vec<String>,
     /// Scans evaluated.
     pub scans: u64,
 }
 
-/// Everything that an analysis brings forth.
+/// Everything that an analysis finds.
 #[derive(Debug, Clone)]
 pub struct Analysis {
     /// Condensed runs.

@@ -1,21 +1,21 @@
 //! What is left of transients on the holds and in the sines.
 //!
-//! Holds and sines are given time to settle before they are averaged. Whether that was enough shows in the data: all is
-//! estimated again from the *later* part of each, the second half of a hold, a sine run without its first third. A
+//! Holds and sines have time to settle before they are averaged. The data show whether that was enough: everything is
+//! estimated again from the *later* part of each, the second half of a hold, or a sine run without its first third. A
 //! transient that decays faster than half the stretch is all but gone there, so the change of a result is what the
 //! transient did to it (GUM 5.1.3, note 2).
 //!
-//! Noise changes the results too, and is in the budget already. So the change is taken at the *share* of it that noise
-//! does not explain. Let D be what the sensors and the fitted model disagree about, later less whole, for each hold and
-//! each part of each amplitude, and v its variance by noise and wandering, which is the variance of the later less that
-//! of the whole, since the whole is the better estimate of the two:
+//! Noise changes the results too, and is in the budget already. So only the *share* of the change counts that noise does
+//! not explain. For each hold and each part of each amplitude, D is the difference between the sensors and the fitted
+//! model, later less whole, and v is its variance by noise and wandering. That variance is the one of the later less the
+//! one of the whole, since the whole is the better estimate of the two:
 //!
 //! ```text
 //! share = max(0, 1 − (n + 2√2n)/Σ(D²/v))        u(settling) = √share · |change of the result|
 //! ```
 //!
-//! n + 2√2n being what noise alone reaches in one case of forty, so that a campaign without transients is not charged for
-//! its noise once more. A slow motion that sensors and jacks agree about is no error, and does not count.
+//! Noise alone reaches n + 2√2n in one case of forty, so a campaign without transients does not count its noise twice. A
+//! slow motion on which sensors and jacks agree is no error and does not count.
 
 use hexsense_core::calibration::triad::{MeasuredHold, Noise, SineRun, TriadFit};
 use hexsense_core::calibration::truth::SineTruth;
@@ -27,7 +27,7 @@ use super::assumptions::Assumptions;
 use super::condense::Sweep;
 use super::estimate::{Condensed, Estimate};
 
-/// How the results change when more time is given, and how much of that noise does not explain.
+/// How the results change with more time to settle, and how much of the change noise does not explain.
 pub struct Settling {
     /// The estimate from the later parts.
     pub later: Estimate,

@@ -64,7 +64,7 @@ pub enum CampaignError {
         /// The folder.
         folder: String,
     },
-    /// Nothing to go on with.
+    /// There is no campaign to resume.
     #[error(
         "{folder} holds no campaign that was begun; begin it with `hexsense calibrate --geometry … --sensors … \
          --out {folder}`"

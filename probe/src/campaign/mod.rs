@@ -12,15 +12,16 @@
 //! captures/NAME.json  what is known of a run beside its scans
 //! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
 //! results.json        the results with their uncertainties, see [`crate::analysis`]
-//! characteristics.json  what the motion system does, see [`crate::characteristics`]
+//! characteristics.json
+//!                     what the motion system does, see [`crate::characteristics`]
 //! verification.json   how the held-out movement came out
 //! report.html         all of it for people, see [`crate::report`]
 //! ```
 //!
 //! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A run under way, or one that
-//! broke off, is `captures/NAME.csv.part`. A campaign that broke off goes on with the first run that is not recorded.
+//! broke off, is `captures/NAME.csv.part`. A campaign that broke off resumes at the first run that is not recorded.
 //!
-//! - [`begun`]: a campaign begun, and gone on with.
+//! - [`begun`]: how a campaign begins and resumes.
 //! - [`records`]: what is noted of the board and of each run.
 //! - [`results`]: what is found.
 

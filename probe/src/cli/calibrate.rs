@@ -11,7 +11,7 @@ use super::{report, session};
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
-use crate::evaluation::{Evaluation, base_and_jacks};
+use crate::evaluation::base_and_jacks;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
 use crate::record::Settings;
@@ -30,8 +30,8 @@ use crate::record::Settings;
 /// places. Name there what else is known to disturb: servos, structure, fans. What is not named is not avoided; the
 /// coefficients do not depend on it, as they come from the recorded scans.
 ///
-/// Once begun, a campaign is gone on with at its first run that is not complete: by the same command, or with --resume,
-/// which takes base, sensors, plan, rate and date from the folder. What is given again must be what the folder holds.
+/// A campaign that has begun resumes at its first run that is not complete: by the same command, or with --resume, which
+/// takes base, sensors, plan, rate and date from the folder. An argument that is given again must agree with the folder.
 /// Ctrl-C stops the run under way: the base is told to go home, the board goes on sampling, and the run is recorded again
 /// from its start by the command that hexsense then prints. A board that is unplugged is waited for; when the same board
 /// is back, the run is recorded again.
@@ -84,7 +84,7 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
-        let evaluation = Evaluation::new(&campaign)?;
+        let evaluation = report::evaluate(&campaign)?;
         let unix_s = begun.date_unix_s;
         let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
         let set = evaluation.coefficient_set(&campaign, board, unix_s)?;
@@ -109,7 +109,7 @@ impl Calibrate {
         Ok(())
     }
 
-    /// The campaign to begin or to go on with.
+    /// The campaign to begin or to resume.
     fn campaign(&self) -> anyhow::Result<(Campaign, Begun)> {
         let given = Given {
             geometry: self.geometry.clone(),

@@ -23,7 +23,7 @@ use crate::record::Settings;
 /// recording is kept. No coefficient changes, on the board or in the folder. `hexsense report` then shows what was found.
 ///
 /// A run that is recorded already is not recorded again. Ctrl-C stops the run under way; the command that hexsense then
-/// prints goes on with it.
+/// prints records it again.
 #[derive(Args)]
 pub struct Characterise {
     #[command(flatten)]

@@ -8,7 +8,7 @@ use hexsense_core::records::CoefficientSet;
 use crate::analysis::held_out;
 use crate::campaign::{Campaign, CampaignError, Given};
 use crate::coefficient_file;
-use crate::evaluation::Evaluation;
+use crate::evaluation::{Evaluation, EvaluationError};
 use crate::files;
 use crate::plan::Purpose;
 use crate::report::{ReportInput, Verified, render};
@@ -35,7 +35,7 @@ impl Report {
         let set = coefficient_file::load(&campaign.coefficients_path()?)?;
         let noted = campaign.results()?;
         check_captures(&campaign, &set)?;
-        let evaluation = Evaluation::new(&campaign)?;
+        let evaluation = evaluate(&campaign)?;
         if evaluation.analysis.results == noted {
             eprintln!("the recordings give the numbers of results.json again");
         } else {
@@ -80,6 +80,19 @@ fn write_verified(
         verification: &verification,
     };
     write(campaign, set, evaluation, Some(verified))
+}
+
+/// Evaluates a campaign and says that its recordings are the board's own.
+///
+/// # Errors
+/// [`EvaluationError`].
+pub fn evaluate(campaign: &Campaign) -> Result<Evaluation, EvaluationError> {
+    let evaluation = Evaluation::new(campaign)?;
+    eprintln!(
+        "{} harmonic sums of the board: each is the integer that the capture gives",
+        evaluation.sums
+    );
+    Ok(evaluation)
 }
 
 /// Writes `report.html` into the campaign's folder.

@@ -15,7 +15,7 @@ use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::{Campaign, Verification};
 use crate::capture::Capture;
 use crate::coefficient_file;
-use crate::evaluation::{Evaluation, check_sums};
+use crate::evaluation::check_sums;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
@@ -168,7 +168,7 @@ fn judge(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
-    let evaluation = Evaluation::new(campaign)?;
+    let evaluation = report::evaluate(campaign)?;
     let results = &evaluation.analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
     let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);

@@ -7,7 +7,7 @@
 use super::{Freedom, Purpose, Run};
 use crate::files::FileError;
 
-/// Refuses a run that calibrates without a use, or whose use an `earlier` run has.
+/// Refuses a run that calibrates without a use, and a run that an `earlier` run makes superfluous.
 pub(super) fn check(file: &str, run: &Run, earlier: &[Run]) -> Result<(), FileError> {
     if run.purpose != Purpose::Calibrate {
         return Ok(());

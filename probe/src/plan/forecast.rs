@@ -4,8 +4,8 @@
 //! fits, the same perturbations of hinges, jacks, converter, clock and lever arm, the data sheet's noise and wandering.
 //! What comes out is the budget that the campaign will have if base and sensors are as good as their files promise.
 //!
-//! Beside it stands what no file promises: how far a gain moves when the base tilts [`TILT_ERROR_DEG`] further on the
-//! holds than its jacks say. A sensor that sees sin ϑ then errs by δ/tan ϑ, but one that sees 1 − cos ϑ, as ay does
+//! The forecast also says what no file promises: how far a gain moves when the base tilts [`TILT_ERROR_DEG`] further on
+//! the holds than its jacks say. A sensor that sees sin ϑ then errs by δ/tan ϑ, but one that sees 1 − cos ϑ, as ay does
 //! without a heave sine, by δ/tan(ϑ/2), twice as much.
 
 use core::f64::consts::TAU;
@@ -14,7 +14,7 @@ use hexsense_core::calibration::budget::{Budget, Cause};
 use hexsense_core::calibration::triad::Noise;
 use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
 use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense_core::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
+use hexsense_core::harmonics::Harmonics;
 
 use super::ideal::{Ideal, RATE_HZ};
 use super::needs::{self, sine_of};
@@ -37,7 +37,7 @@ pub const ILL_DETERMINED: f64 = 0.01;
 pub struct Forecast {
     /// The nine gains in the order of the channels; none when runs are missing without which nothing is computed.
     pub gains: Vec<Gain>,
-    /// What to do about the plan, in plain words; nothing when all is well.
+    /// What to do about the plan, in plain words; empty when all is well.
     pub advice: Vec<String>,
 }
 
@@ -164,16 +164,6 @@ fn tilted_further(program: &Program, error_rad: f64) -> Program {
 fn no_heave(zero: &RestMeans) -> Sweep {
     const HZ: f64 = 0.5;
     const PERIODS: f64 = 3.0;
-    let still = Harmonics {
-        offset: 0.0,
-        drift: 0.0,
-        harmonics: [Harmonic {
-            cosine: 0.0,
-            sine: 0.0,
-        }; HARMONICS],
-        residual_rms: 0.0,
-        uncertainty: Uncertainty::default(),
-    };
     let group = 4;
     let jacks: [f64; JACKS] = core::array::from_fn(|jack| zero.counts[INERTIAL + jack]);
     Sweep {
@@ -189,7 +179,7 @@ fn no_heave(zero: &RestMeans) -> Sweep {
         length_s: PERIODS / HZ,
         first: 0,
         onset_s: 0.0,
-        sensors: core::array::from_fn(|_| still.clone()),
+        sensors: [const { Harmonics::NONE }; INERTIAL],
         jacks: vec![jacks; (PERIODS / HZ * f64::from(RATE_HZ)) as usize / group],
         group,
     }

@@ -19,7 +19,7 @@ use crate::figure::markup::text;
 use crate::figure::number::{align, fixed, rounded, significant};
 use crate::replay::{ReplayError, replay};
 
-/// The section; none when no run has sums of the board.
+/// The section; it is left out when no run has sums of the board.
 ///
 /// # Errors
 /// [`AnalysisError`] when the jacks give no pose.

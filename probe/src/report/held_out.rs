@@ -61,7 +61,7 @@ pub fn verdict(input: &ReportInput) -> (&'static str, String) {
     ("fails", format!("{failed}{found}"))
 }
 
-/// The section; none before the movement is recorded.
+/// The section; it is left out before the movement is recorded.
 ///
 /// # Errors
 /// [`AnalysisError`] when the run has gaps or its movement is not found.
@@ -71,9 +71,9 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
     };
     page.section("Verification on the held-out movement");
     page.paragraph(&format!(
-        "Run {} moves all six degrees of freedom at once and was fitted to by nothing. The reference is the base's own \
-         pose by the jacks, differentiated to what the sensors feel at the place that they were found at. Values and reference pass the same \
-         zero-phase {CORNER_HZ} Hz low-pass, each triad's delay is taken out. Before: by sensitivity and offset of the \
+        "Run {} moves all six degrees of freedom at once, and no coefficient is fitted to it. The reference is the base's \
+         own pose by the jacks, differentiated to what the sensors feel at the place that was found for them. Values and \
+         reference pass the same zero-phase {CORNER_HZ} Hz low-pass, and the delay of each triad is taken out. Before: by sensitivity and offset of the \
          data sheet. After: by the coefficients stored on the board, as the board computed them. A channel passes when \
          the rms error about its mean is at most 3 % of the signal's rms, and the mean error is within its \
          uncertainty.",

@@ -20,7 +20,7 @@ pub fn section(page: &mut Page, input: &ReportInput) {
     }
     page.paragraph(&format!(
         "The second harmonic, the centripetal acceleration, was not used for that; here it is compared with what pose, \
-         gravity and that place predict. A difference is let pass up to four standard uncertainties of the noise, or \
+         gravity and that place predict. A difference passes up to four standard uncertainties of the noise, or \
          up to what {} mm would make.",
         fixed(1e3 * MAX_OFFSET_M, 0)
     ));

@@ -1,4 +1,4 @@
-//! The report of a campaign: what a laboratory shows to whoever must trust its coefficients.
+//! The report of a campaign: what a laboratory shows to those who must trust its coefficients.
 //!
 //! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it,
 //! `hexsense verify` writes it again with the held-out movement, and `hexsense report` renders it from the folder alone.
@@ -56,7 +56,7 @@ pub struct ReportInput<'a> {
     pub runs: &'a [RecordedRun],
     /// What is known of all recorded runs beside their scans.
     pub records: &'a [RunRecord],
-    /// What the analysis of `runs` brought forth.
+    /// The analysis of `runs`.
     pub analysis: &'a Analysis,
     /// What the motion system does.
     pub characterisation: &'a Characterisation,
@@ -91,8 +91,8 @@ impl ReportInput<'_> {
 /// The report as the text of an HTML file.
 ///
 /// # Errors
-/// [`AnalysisError`] when a run of `input` has gaps, its jacks give no pose, or the set cannot be encoded; a campaign
-/// that was analysed has none of these.
+/// [`AnalysisError`] when a run of `input` has gaps, its jacks give no pose, or the set cannot be encoded; an
+/// analysed campaign gives no such error.
 pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
     let mut page = Page::default();
     channels::results(&mut page, input);

@@ -147,7 +147,7 @@ impl SensorFile {
     /// Known disturbances below half of `rate_hz`, Hz: each of `lines_hz` with its multiples up to the fifth.
     ///
     /// The board's harmonic sums take scans in blocks of B, and mistake a disturbance at m·rate/B ± k·f for harmonic k of
-    /// the drive f. The host chooses B such that none of these lies there; one that is not named is not avoided.
+    /// the drive f. The host chooses B so that no named disturbance lies there; it cannot avoid one that is not named.
     pub fn disturbances_hz(&self, rate_hz: u32) -> impl Iterator<Item = f64> + '_ {
         let multiples = self
             .lines_hz
