@@ -12,8 +12,8 @@
 mod base;
 
 use base::base;
-use hexsense_core::calibration::budget::{Budget, COVERAGE, Cause, Shape, uniform};
-use hexsense_core::calibration::triad::{Hold, Noise, TriadFit, fit_triad};
+use hexsense_core::calibration::budget::{Budget, COVERAGE, Cause, Distribution, uniform};
+use hexsense_core::calibration::triad::{MeasuredHold, Noise, TriadFit, fit_triad};
 use hexsense_core::calibration::truth::{Site, specific_force_at_rest};
 use hexsense_core::kinematics::forward::{Options, Solver};
 use nalgebra::Vector3;
@@ -80,7 +80,7 @@ fn calibrate(recorded: &str, known: Known) -> Calibration {
         let truth = specific_force_at_rest(&pose.rotation, &site);
         match run {
             "rest" => rest = Some((counts, truth)),
-            _ => holds.push(Hold {
+            _ => holds.push(MeasuredHold {
                 run: usize::from(run == "roll"),
                 time_s: numbers[0],
                 length_s: HOLD_S,
@@ -102,7 +102,7 @@ fn budgets(recorded: &str, estimate: &Calibration) -> [(Budget, Budget); 3] {
         // The gravity of a place, to 50 mGal.
         (
             Cause::Gravity,
-            Shape::Normal,
+            Distribution::Normal,
             Known {
                 gravity_m_s2: NOMINAL.gravity_m_s2 + 5e-4,
                 ..NOMINAL
@@ -111,7 +111,7 @@ fn budgets(recorded: &str, estimate: &Calibration) -> [(Budget, Budget); 3] {
         // A converter's gain, to ± 0.1 %.
         (
             Cause::JackConverter,
-            Shape::Uniform,
+            Distribution::Uniform,
             Known {
                 jack_scale: 1.0 + uniform(1e-3),
                 ..NOMINAL
@@ -120,7 +120,7 @@ fn budgets(recorded: &str, estimate: &Calibration) -> [(Budget, Budget); 3] {
         // The jacks' own gains are within ± 0.05 %; all wrong alike is the worst that they do.
         (
             Cause::JackGain,
-            Shape::Uniform,
+            Distribution::Uniform,
             Known {
                 jack_scale: 1.0 + uniform(5e-4),
                 ..NOMINAL
@@ -129,7 +129,7 @@ fn budgets(recorded: &str, estimate: &Calibration) -> [(Budget, Budget); 3] {
         // The supply reference, to ± 0.17 %. Gains hardly feel it: counts and tilt grow alike.
         (
             Cause::SupplyReference,
-            Shape::Uniform,
+            Distribution::Uniform,
             Known {
                 supply: 1.0 + uniform(1.7e-3),
                 ..NOMINAL
@@ -139,10 +139,14 @@ fn budgets(recorded: &str, estimate: &Calibration) -> [(Budget, Budget); 3] {
     let mut budgets = [(Budget::default(), Budget::default()); 3];
     let gain_noise = estimate.fit.matrix_noise();
     for (axis, (gain, offset)) in budgets.iter_mut().enumerate() {
-        gain.add(Cause::SensorNoise, Shape::Normal, gain_noise[(axis, axis)]);
+        gain.add(
+            Cause::SensorNoise,
+            Distribution::Normal,
+            gain_noise[(axis, axis)],
+        );
         offset.add(
             Cause::SensorNoise,
-            Shape::Normal,
+            Distribution::Normal,
             offset_noise(&estimate.fit, axis),
         );
         for (cause, shape, known) in causes {

@@ -5,11 +5,12 @@
 //!
 //! | room | what happens there |
 //! |---|---|
-//! | [`kinematics`] | jack lengths ↔ pose of the platform, and their rates |
+//! | [`kinematics`] | jack lengths ↔ pose of the platform |
 //! | [`excitation`] | program signals, turned into six jack programs |
 //! | [`facts`] | what differs from board to board |
 //! | [`channel`] | the fifteen channels of a scan and their order |
 //! | [`sampling`] | counts → calibrated values, in fixed time |
+//! | [`transducers`] | jack counts → jack lengths |
 //! | [`live_pose`] | jack counts → the board's own pose |
 //! | [`live_motion`] | harmonics of the jacks → amplitude of the pose, and calibration factors |
 //! | [`harmonics`] | amplitude and phase at the drive frequency |
@@ -43,4 +44,5 @@ pub mod sample_path;
 pub mod sampling;
 pub mod server;
 pub mod storage;
+pub mod transducers;
 pub mod wire;

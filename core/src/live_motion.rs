@@ -8,9 +8,9 @@
 //! sensor sums ──▶ harmonics ──▶ A in counts             k = A_p·(2πf)² / A   or, for a rate,  A_p·2πf / A
 //! ```
 //!
-//! The coordinates are position of O and rotation vector: X and roll, Y and yaw, Z and pitch. A factor means something
-//! for the axis that is driven, about a level pose. Those of the linear accelerations are of the movement of O alone:
-//! gravity, which a tilt brings in, and a lever arm are left to the calibration.
+//! The coordinates are position of O and rotation vector: X and roll, Y and yaw, Z and pitch. A factor is meaningful for
+//! the driven axis, about a level pose. The factors of the linear accelerations count the movement of O alone; gravity,
+//! which a tilt brings in, and the lever arm are left to the calibration.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -71,13 +71,13 @@ fn amplitudes(
     jacks: &[Harmonics; JACKS],
     supply: f32,
 ) -> Result<[f64; COORDINATES], ForwardError<f32>> {
-    let solver = tracker.solver();
-    let lengths = |counts| tracker.lengths_of(&counts, supply);
+    let (solver, transducers) = (tracker.solver(), tracker.transducers());
     let mut harmonics = [Harmonic::default(); COORDINATES];
     for point in 0..POINTS {
         let waves = Waves::at(point * (u32::MAX / POINTS + 1));
         let counts = jacks.each_ref().map(|jack| value(jack, &waves));
-        let pose = solver.solve(&lengths(counts))?.pose;
+        let lengths = transducers.lengths_of_doubles_m(&counts, supply);
+        let pose = solver.solve(&lengths)?.pose;
         let cosine = f64::from(waves.cosine[0]) / f64::from(ONE);
         let sine = f64::from(waves.sine[0]) / f64::from(ONE);
         for (harmonic, value) in harmonics.iter_mut().zip(coordinates(&pose)) {

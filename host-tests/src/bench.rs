@@ -7,7 +7,7 @@ use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, Scan};
 use hexsense_core::excitation::Program;
 use hexsense_core::kinematics::displacements;
-use hexsense_probe::analysis::Run;
+use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;
 use rand::SeedableRng;
@@ -99,7 +99,7 @@ impl Laboratory {
     ///
     /// # Panics
     /// When the controller refuses it: these are tests.
-    pub fn record(&mut self, movement: &Movement) -> Run {
+    pub fn record(&mut self, movement: &Movement) -> RecordedRun {
         let Movement { name, program, .. } = movement;
         let mut capture = Capture::default();
         if let Some(jacks) = &movement.jacks {
@@ -113,7 +113,7 @@ impl Laboratory {
         for _ in 0..(movement.rest_s * f64::from(RATE_HZ)) as usize {
             self.scan_once(&mut capture);
         }
-        Run {
+        RecordedRun {
             name: name.clone(),
             program: program.clone(),
             capture,

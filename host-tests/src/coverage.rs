@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hexsense_probe::analysis::results::{Analysis, Measured, Results, analyse};
-use hexsense_probe::analysis::{AnalysisError, Run};
+use hexsense_probe::analysis::{AnalysisError, RecordedRun};
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::plan::Purpose;
 use hexsense_probe::plan::campaign::plan;
@@ -68,7 +68,7 @@ impl Site {
     /// # Panics
     /// When the twin refuses: these are tests.
     #[must_use]
-    pub fn record(&self, seed: u64) -> Vec<Run> {
+    pub fn record(&self, seed: u64) -> Vec<RecordedRun> {
         let mut laboratory = Laboratory::new(seed, &self.base);
         let movements = self.movements.iter();
         movements
@@ -83,7 +83,7 @@ impl Site {
     ///
     /// # Panics
     /// When the papers are not usable: these are tests.
-    pub fn analyse(&self, runs: &[Run], papers: &str) -> Result<Analysis, AnalysisError> {
+    pub fn analyse(&self, runs: &[RecordedRun], papers: &str) -> Result<Analysis, AnalysisError> {
         let sensors = SensorFile::parse("papers", papers).expect("usable papers");
         analyse(&self.base, &sensors, runs)
     }

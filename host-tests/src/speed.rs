@@ -5,7 +5,7 @@
 //! | cold | [`Solver::solve`], from home, one call after another: ten thousand random poses, uniform within ±0.1 m and ±12° in each coordinate |
 //! | warm | [`Solver::track`], from the pose before: ten seconds of a 1 Hz movement of ±0.1 m and ±12° in all six coordinates, at 1 kHz |
 //! | inverse | [`inverse`] of the random poses |
-//! | batch | a million samples of the movement by [`Tracker`], in blocks of 1024 shared out to all cores, as `hexsense kinematics pose` solves them |
+//! | batch | a million samples of the movement by [`PoseTracker`], in blocks of 1024 shared out to all cores, as `hexsense kinematics pose` solves them |
 //!
 //! The base has hinge radii of 0.75 m (lower, pairs 20° apart) and 0.5 m (upper, pairs 20° apart, turned by 60°) and
 //! home at 0.8 m; solutions are exact to 1e-10 m. A time is the median over rounds of the mean of a round. The rounds
@@ -20,7 +20,8 @@ use std::thread;
 use std::time::Instant;
 
 use hexsense_core::kinematics::{
-    Angles, Convention, ForwardError, Geometry, Options, Pose, Solution, Solver, Tracker, inverse,
+    Angles, Convention, ForwardError, Geometry, Options, Pose, PoseTracker, Solution,
+    SolveFromHome, Solver, inverse,
 };
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -253,7 +254,7 @@ fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
             for (run, answers) in run.chunks(share).zip(answers.chunks_mut(share)) {
                 scope.spawn(|| {
                     for (run, answers) in run.chunks(BLOCK).zip(answers.chunks_mut(BLOCK)) {
-                        let mut tracker = Tracker::new(solver);
+                        let mut tracker = PoseTracker::new(solver.clone(), SolveFromHome);
                         for (lengths, answer) in run.iter().zip(answers) {
                             *answer = tracker.next(lengths);
                         }

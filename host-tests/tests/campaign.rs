@@ -1,6 +1,6 @@
 //! Whole campaigns on the twin, without a chip: the results hold, and so do their uncertainties.
 
-use hexsense_probe::analysis::belief::Belief;
+use hexsense_probe::analysis::assumptions::Assumptions;
 use hexsense_probe::analysis::lever_arm::second_harmonics;
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::sensor_file::SensorFile;
@@ -89,13 +89,13 @@ fn the_second_harmonic_tells_an_estimated_arm_that_is_wrong_by_a_tenth_of_a_metr
     let papers = twin::papers::sensor_file(4);
     let analysis = site.campaign(4, &papers).unwrap();
     let sensors = SensorFile::parse("papers", &papers).unwrap();
-    let belief = Belief::new(&GeometryFile::load("an-74tk-200").unwrap(), &sensors);
-    let right = second_harmonics(&analysis.condensed, &analysis.estimate, &belief).unwrap();
+    let assumptions = Assumptions::new(&GeometryFile::load("an-74tk-200").unwrap(), &sensors);
+    let right = second_harmonics(&analysis.condensed, &analysis.estimate, &assumptions).unwrap();
     assert!(right.iter().all(|harmonic| harmonic.agrees()), "{right:?}");
     for axis in 0..3 {
         let mut estimate = analysis.estimate.clone();
         estimate.lever_arm_m[axis] += 0.1;
-        let harmonics = second_harmonics(&analysis.condensed, &estimate, &belief).unwrap();
+        let harmonics = second_harmonics(&analysis.condensed, &estimate, &assumptions).unwrap();
         assert!(
             harmonics.iter().any(|harmonic| !harmonic.agrees()),
             "{harmonics:?}"

@@ -1,9 +1,9 @@
 //! Whole campaigns with too little time to settle, or with noisy jacks: the budget contains the effect.
 
 use hexsense_core::channel::INERTIAL;
-use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::belief::Belief;
-use hexsense_probe::analysis::campaign::Campaign;
+use hexsense_probe::analysis::RecordedRun;
+use hexsense_probe::analysis::assumptions::Assumptions;
+use hexsense_probe::analysis::campaign::CondensedCampaign;
 use hexsense_probe::analysis::condense::Sweep;
 use hexsense_probe::analysis::results::Results;
 use hexsense_probe::geometry_file::GeometryFile;
@@ -21,12 +21,12 @@ const RATE: f64 = 1_000.0;
 /// Draws of the jacks' noise.
 const DRAWS: u64 = 40;
 
-fn with_holds(run: &Run) -> bool {
+fn with_holds(run: &RecordedRun) -> bool {
     run.name == "pitch" || run.name == "roll"
 }
 
 /// The accelerometers show `part` of every change late, by a first-order lag of `lag_s`; their settled value is right.
-fn creep(runs: &mut [Run], part: f64, lag_s: f64) {
+fn creep(runs: &mut [RecordedRun], part: f64, lag_s: f64) {
     for run in runs.iter_mut().filter(|run| with_holds(run)) {
         for channel in 0..3 {
             let mut late = f64::from(run.capture.counts[0][channel]);
@@ -40,7 +40,7 @@ fn creep(runs: &mut [Run], part: f64, lag_s: f64) {
 }
 
 /// The angular accelerometers and rate gyros jump by `counts` at the start of the estimate and return with `decay_s`.
-fn jump(runs: &mut [Run], turns: &[Sweep], counts: f64, decay_s: f64) {
+fn jump(runs: &mut [RecordedRun], turns: &[Sweep], counts: f64, decay_s: f64) {
     for turn in turns {
         let run = runs.iter_mut().find(|run| run.name == turn.name).unwrap();
         for (n, scan) in run.capture.counts[turn.first..].iter_mut().enumerate() {
@@ -106,7 +106,7 @@ fn transients_that_have_not_settled_widen_the_budget_and_the_truth_stays_inside(
 }
 
 /// Normal noise of `deviation` counts on the jacks of the runs with holds.
-fn disturb(runs: &mut [Run], deviation: f64, seed: u64) {
+fn disturb(runs: &mut [RecordedRun], deviation: f64, seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     for run in runs.iter_mut().filter(|run| with_holds(run)) {
         for count in run
@@ -127,15 +127,15 @@ fn the_stated_jack_noise_is_the_scatter_of_the_gains_under_noisy_jacks() {
     let (site, base) = (Site::new(BASE), GeometryFile::load(BASE).unwrap());
     let (runs, papers) = (site.record(5), sensor_file(5));
     let sensors = SensorFile::parse("papers", &papers).unwrap();
-    let belief = Belief::new(&base, &sensors);
+    let assumptions = Assumptions::new(&base, &sensors);
     let draw = |seed: u64| {
         let mut noisy = runs.clone();
         disturb(&mut noisy, 600.0, seed);
         noisy
     };
     let gains = (0..DRAWS).map(|seed| {
-        let campaign = Campaign::new(&base, &sensors, &draw(seed)).unwrap();
-        campaign.condensed.estimate(&belief).unwrap().fits[0].matrix[(0, 0)]
+        let campaign = CondensedCampaign::new(&base, &sensors, &draw(seed)).unwrap();
+        campaign.condensed.estimate(&assumptions).unwrap().fits[0].matrix[(0, 0)]
     });
     let gains: Vec<f64> = gains.collect();
     let mean = gains.iter().sum::<f64>() / gains.len() as f64;

@@ -1,89 +1,91 @@
-//! From the recordings of a campaign to its analysis, and from there to the coefficient set.
-//!
-//! ```text
-//! captures ── analysis ── board's sums checked ── coefficient set
-//! ```
+//! A recorded campaign evaluated: from the files of its folder to coefficients and characteristics, without a board.
 
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 
-use crate::analysis::{self, results::Analysis};
+use crate::analysis::assumptions::Assumptions;
+use crate::analysis::results::{Analysis, analyse};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::{Campaign, CampaignError};
-use crate::files::FileError;
+use crate::characteristics::Characterisation;
 use crate::plan::Purpose;
 use crate::replay::{self, ReplayError, replay};
 
-/// The calibration runs of a campaign, and what is found in them.
+/// What the runs of a campaign give.
+#[derive(Debug, Clone)]
 pub struct Evaluation {
-    /// The runs with their scans.
-    pub runs: Vec<analysis::Run>,
-    /// What the analysis finds.
+    /// The runs that coefficients are fitted to.
+    pub runs: Vec<RecordedRun>,
+    /// Their analysis.
     pub analysis: Analysis,
-    /// Harmonic sums of the board, each of which is the integer that the capture gives.
+    /// How many harmonic sums of the board are the integers that the captures give: all that it sent.
     pub sums: usize,
-}
-
-/// Sums of the board that the capture of the run does not give.
-#[derive(Debug, thiserror::Error)]
-#[error("run {run}, analyser {analyser}, {reason}")]
-pub struct WrongSums {
-    /// The run.
-    pub run: String,
-    /// The analyser, from 0.
-    pub analyser: usize,
-    /// What differs.
-    pub reason: ReplayError,
+    /// The motion system, in these runs and in the recorded ones that characterise.
+    pub characterisation: Characterisation,
 }
 
 /// Why a campaign cannot be evaluated.
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluationError {
-    /// A run that is not recorded, or whose files cannot be used.
+    /// A run or its files cannot be used.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The analysis refuses.
+    /// The captures do not make a calibration.
     #[error(transparent)]
-    Analysis(#[from] analysis::AnalysisError),
-    /// Sums of the board are not those of its scans.
-    #[error(transparent)]
-    Sums(#[from] WrongSums),
+    Analysis(#[from] AnalysisError),
+    /// The board's sums are not those of the capture.
+    #[error("run {run}, analyser {analyser}, {reason}")]
+    Sums {
+        /// The run.
+        run: String,
+        /// The analyser of the board, from 0.
+        analyser: usize,
+        /// What differs.
+        reason: ReplayError,
+    },
 }
 
 impl Evaluation {
-    /// Evaluates the calibration runs of a campaign.
+    /// Evaluates `campaign`.
     ///
     /// # Errors
-    /// [`EvaluationError`].
-    pub fn of(campaign: &Campaign) -> Result<Self, EvaluationError> {
+    /// [`EvaluationError`]: a run that is not recorded, what the analysis refuses, and sums of the board that the
+    /// captures do not give.
+    pub fn new(campaign: &Campaign) -> Result<Self, EvaluationError> {
+        let (base, sensors) = (&campaign.geometry, &campaign.sensors);
         let runs = campaign.plan.runs_to(Purpose::Calibrate);
         let runs = runs
             .map(|run| campaign.recorded(run))
             .collect::<Result<Vec<_>, _>>()?;
-        let analysis = analysis::results::analyse(&campaign.geometry, &campaign.sensors, &runs)?;
+        let analysis = analyse(base, sensors, &runs)?;
         let mut sums = 0;
         for run in &runs {
             sums += check_sums(campaign, run)?;
         }
+        let characterisation = characterise(campaign, &runs)?;
         Ok(Self {
             runs,
             analysis,
             sums,
+            characterisation,
         })
     }
 
-    /// The coefficient set of this campaign for the board with this unique id.
+    /// The coefficient set that came out, for this board and date.
     ///
     /// # Errors
-    /// Captures that cannot be read.
+    /// [`EvaluationError::Campaign`] for captures that cannot be read.
     pub fn coefficient_set(
         &self,
         campaign: &Campaign,
         board: [u8; 12],
         unix_s: u64,
-        (base, jacks): (MotionBase, JackCoefficients),
-    ) -> Result<CoefficientSet, FileError> {
+    ) -> Result<CoefficientSet, EvaluationError> {
         let geometry = &campaign.geometry;
         let mut geometry_hash = [0; 8];
         geometry_hash.copy_from_slice(&geometry.hash[..8]);
+        let names = self.runs.iter().map(|run| run.name.as_str());
+        let provenance = campaign.provenance(names).map_err(CampaignError::from)?;
+        let (base, jacks) = base_and_jacks(campaign);
         Ok(CoefficientSet {
             board,
             // A geometry file whose name is too long has been refused.
@@ -91,7 +93,7 @@ impl Evaluation {
             geometry_hash,
             unix_s,
             temperature_c: mean_temperature_c(&self.runs),
-            provenance: campaign.provenance(self.runs.iter().map(|run| run.name.as_str()))?,
+            provenance,
             triads: self.analysis.triads,
             base,
             jacks,
@@ -99,24 +101,54 @@ impl Evaluation {
     }
 }
 
+/// Motion base and transducers as a coefficient set carries them.
+#[must_use]
+pub fn base_and_jacks(campaign: &Campaign) -> (MotionBase, JackCoefficients) {
+    let assumptions = Assumptions::new(&campaign.geometry, &campaign.sensors);
+    let base = MotionBase::new(&campaign.geometry.geometry);
+    (base, assumptions.jack_coefficients())
+}
+
+fn mean_temperature_c(runs: &[RecordedRun]) -> f32 {
+    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
+    let count = degrees.clone().count().max(1);
+    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
+}
+
+/// Measures the motion system in `runs` and in those of the campaign that characterise, as far as they are recorded.
+///
+/// # Errors
+/// [`EvaluationError::Campaign`] and [`EvaluationError::Analysis`].
+pub fn characterise(
+    campaign: &Campaign,
+    runs: &[RecordedRun],
+) -> Result<Characterisation, EvaluationError> {
+    let own = campaign.plan.runs_to(Purpose::Characterise);
+    let own = own
+        .filter(|run| campaign.is_recorded(&run.name))
+        .map(|run| campaign.recorded(run))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (base, sensors) = (&campaign.geometry, &campaign.sensors);
+    Ok(Characterisation::new(
+        base,
+        sensors,
+        runs.iter().chain(&own),
+    )?)
+}
+
 /// Whether the board's sums of a run are, integer for integer, those that its capture gives; how many sums there are.
 ///
 /// # Errors
-/// The first sum that differs, and scans that are missing.
-pub fn check_sums(campaign: &Campaign, run: &analysis::Run) -> Result<usize, EvaluationError> {
+/// [`EvaluationError::Campaign`], and [`EvaluationError::Sums`] for the first sum that differs or scans that are
+/// missing.
+pub fn check_sums(campaign: &Campaign, run: &RecordedRun) -> Result<usize, EvaluationError> {
     let sums = campaign.record(&run.name)?.board_sums;
     for (analyser, sums) in sums.iter().enumerate() {
-        replay(sums, &run.capture).map_err(|reason| WrongSums {
+        replay(sums, &run.capture).map_err(|reason| EvaluationError::Sums {
             run: run.name.clone(),
             analyser,
             reason,
         })?;
     }
     Ok(sums.len() * replay::INTEGERS)
-}
-
-fn mean_temperature_c(runs: &[analysis::Run]) -> f32 {
-    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
-    let count = degrees.clone().count().max(1);
-    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
 }

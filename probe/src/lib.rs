@@ -12,14 +12,16 @@
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`replay`] | the board's harmonic sums made again from a capture |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
-//! | [`evaluation`] | from a recorded campaign to its analysis and its coefficient set |
-//! | [`board_pose`] | the board's own poses against double precision |
+//! | [`characteristics`] | from captures to what the motion system does |
+//! | [`evaluation`] | both, of a whole campaign |
+//! | [`board_pose`] | the board's own poses compared with double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for the reader who must trust the coefficients |
 //! | [`board_events`] | what went wrong on the board, in words and in JSON |
 //! | [`interrupt`] | Ctrl-C, which stops a recording in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
+//! | [`figure`] | figures and the numbers in them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -27,10 +29,12 @@ pub mod board_events;
 pub mod board_pose;
 pub mod campaign;
 pub mod capture;
+pub mod characteristics;
 pub mod cli;
 pub mod coefficient_file;
 pub mod date;
 pub mod evaluation;
+pub mod figure;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;

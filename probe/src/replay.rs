@@ -1,4 +1,4 @@
-//! The board's harmonic sums and calibrated values made again from the scans of a capture.
+//! The board's harmonic sums and calibrated values, computed again from the scans of a capture.
 //!
 //! The sums are integers, so host and board must agree in every bit of every sum: offset, drift, square, and five
 //! cosines and sines of all fifteen channels. A difference means that the capture does not hold what the board
@@ -16,7 +16,7 @@ use crate::capture::Capture;
 /// Integers in the sums of one analyser.
 pub const INTEGERS: usize = NAMES.len() * (3 + 2 * HARMONICS);
 
-/// Why sums could not be made again.
+/// Why sums could not be computed again.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReplayError {
     /// Scans are missing.
@@ -46,7 +46,7 @@ pub enum ReplayError {
     },
 }
 
-/// Makes the sums of one analyser again from the scans that it took.
+/// Computes the sums of one analyser again from the scans that it took.
 ///
 /// # Errors
 /// [`ReplayError`], with the first sum that differs.
@@ -99,7 +99,7 @@ pub struct WrongValues {
     pub host: Values,
 }
 
-/// The first scan whose values, where the board streamed them, are not bit for bit those that its counts and `set` give.
+/// The first scan in which the values that the board streamed are not, bit for bit, those that its counts and `set` give.
 #[must_use]
 pub fn first_wrong_values(capture: &Capture, set: &CoefficientSet) -> Option<WrongValues> {
     let calibrator = Calibrator::new(set);

@@ -30,6 +30,22 @@ fn assert_replay(campaign: &Campaign, run: &str) {
     assert!((length_s - sine.estimate_s).abs() <= 0.51 * block_s);
 }
 
+fn report(campaign: &Campaign) -> String {
+    std::fs::read_to_string(campaign.folder.join("report.html")).unwrap()
+}
+
+/// From the folder alone comes the very page that the run made.
+fn render_again(bench: &Bench, campaign: &Campaign) {
+    let path = campaign.folder.join("report.html");
+    let made = std::fs::read(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let again = bench.without_board(&["report", "campaign"]);
+    let said = String::from_utf8(again.stderr).unwrap();
+    assert!(again.status.success(), "{said}");
+    assert!(said.contains("the numbers of results.json again"), "{said}");
+    assert!(std::fs::read(&path).unwrap() == made, "another page");
+}
+
 #[test]
 fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     let bench = Bench::new(|_| {});
@@ -39,6 +55,8 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     let file = campaign.folder.join("coefficients.toml");
     let set = hexsense_probe::coefficient_file::load(Path::new(&file)).unwrap();
     assert_eq!(set.unix_s, 1_780_000_000);
+
+    render_again(&bench, &campaign);
 
     let early = String::from_utf8(bench.record("verify").stderr).unwrap();
     assert!(early.contains("the board has no coefficients"), "{early}");
@@ -70,8 +88,9 @@ fn a_campaign_is_recorded_uploaded_shown_and_proved() {
     assert_eq!(sums.len(), 3, "six sines, three analysers");
     assert!(sums.iter().all(|sums| replay(sums, &capture).is_ok()));
     assert_eq!(record.set.as_deref(), shown_id.as_deref());
-    let report = std::fs::read_to_string(campaign.folder.join("report.html")).unwrap();
+    let report = report(&campaign);
     assert!(report.contains("held-out") && report.contains("<svg"));
+    render_again(&bench, &campaign);
     let again = bench.record("calibrate");
     assert!(String::from_utf8_lossy(&again.stderr).contains("finished campaign"));
 }

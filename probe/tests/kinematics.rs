@@ -79,7 +79,7 @@ fn rows<const N: usize>(table: &str, header: &str) -> Vec<[f64; N]> {
         .collect()
 }
 
-fn legs(table: &str) -> Vec<[f64; 6]> {
+fn lengths_of(table: &str) -> Vec<[f64; 6]> {
     rows(table, "l1,l2,l3,l4,l5,l6")
 }
 
@@ -102,25 +102,32 @@ fn nasa_case() -> ([f64; 6], [f64; 6]) {
     let n: [f64; 12] = numbers(&data("nasa_cdsl_legs.csv")[0]);
     let [roll, pitch, yaw] = [n[0], n[1], n[2]].map(f64::to_radians);
     let pose = [n[3], n[4], n[5] - 111.31].map(|c| c * 0.01);
-    let legs: [f64; 6] = numbers(&data("nasa_cdsl_legs.csv")[0][6..]);
+    let units: [f64; 6] = numbers(&data("nasa_cdsl_legs.csv")[0][6..]);
     (
         [pose[0], pose[1], pose[2], roll, pitch, yaw],
-        legs.map(|length| length * 0.01),
+        units.map(|length| length * 0.01),
     )
+}
+
+/// Scripts of earlier versions call the jacks legs.
+#[test]
+fn the_former_names_of_the_command_and_its_argument_are_taken() {
+    let found = table(&mathworks(), "legs --poses -", "0,2,0,0,0,0");
+    let back = table(&mathworks(), "pose --legs -", &found);
+    assert_near(&poses(&back)[0][..6], &[0.0, 2.0, 0.0, 0.0, 0.0, 0.0], 1e-9);
 }
 
 #[test]
 fn nasas_published_pose_has_its_published_lengths_and_they_have_the_pose() {
     let (pose, lengths) = nasa_case();
     let folder = nasa();
-    // The former name of the command is taken too.
-    let found = table(&folder, "legs --poses - --convention xyz", &csv(&pose));
+    let found = table(&folder, "lengths --poses - --convention xyz", &csv(&pose));
     // Lengths that a symmetric pose makes equal differ by 0.002 units in the published table.
-    assert_near(&legs(&found)[0], &lengths, 2.5e-5);
+    assert_near(&lengths_of(&found)[0], &lengths, 2.5e-5);
 
     // The table of one command is the input of the other, with a header and from a file.
-    fs::write(folder.path().join("legs.csv"), &found).unwrap();
-    let found = table(&folder, "pose --legs legs.csv --convention xyz", "");
+    fs::write(folder.path().join("lengths.csv"), &found).unwrap();
+    let found = table(&folder, "pose --lengths lengths.csv --convention xyz", "");
     let [x, y, z, roll, pitch, yaw, residual, condition, iterations] = poses(&found)[0];
     assert_near(&[x, y, z, roll, pitch, yaw], &pose, 1e-9);
     assert!(residual <= 1e-10 && condition > 1.0 && iterations >= 1.0);
@@ -131,14 +138,14 @@ fn mathworks_demo_has_its_published_lengths_at_its_home_in_z_up_axes() {
     for convention in ["zyx", "xyz"] {
         let found = table(
             &mathworks(),
-            &format!("jacks --poses - --convention {convention}"),
+            &format!("lengths --poses - --convention {convention}"),
             "0,0,2,0,0,0",
         );
-        assert_near(&legs(&found)[0], &[3.153800684; 6], 1e-9);
+        assert_near(&lengths_of(&found)[0], &[3.153800684; 6], 1e-9);
     }
     // The default has Y up.
-    let found = table(&mathworks(), "jacks --poses -", "0,2,0,0,0,0");
-    assert_near(&legs(&found)[0], &[3.153800684; 6], 1e-9);
+    let found = table(&mathworks(), "lengths --poses -", "0,2,0,0,0,0");
+    assert_near(&lengths_of(&found)[0], &[3.153800684; 6], 1e-9);
 }
 
 #[test]
@@ -153,12 +160,16 @@ fn the_three_conventions_are_three_different_poses_and_each_comes_back() {
         let option = format!("--convention {convention}");
         let lengths = table(
             &mathworks(),
-            &format!("jacks --poses - {option}"),
+            &format!("lengths --poses - {option}"),
             &csv(&pose),
         );
-        let found = table(&mathworks(), &format!("pose --jacks - {option}"), &lengths);
+        let found = table(
+            &mathworks(),
+            &format!("pose --lengths - {option}"),
+            &lengths,
+        );
         assert_near(&poses(&found)[0], &pose, 1e-9);
-        printed.push(legs(&lengths)[0]);
+        printed.push(lengths_of(&lengths)[0]);
     }
     for (one, other) in [(0, 1), (1, 2), (0, 2)] {
         let apart = (0..6).any(|k| (printed[one][k] - printed[other][k]).abs() > 5e-3);
@@ -177,7 +188,7 @@ fn a_seed_decides_the_branch_and_the_rows_after_it_stay_there_until_they_jump() 
         let (roll, pitch, yaw) = (n[11].atan2(n[12]), (-n[10]).asin(), n[7].atan2(n[4]));
         let pose = [n[1], n[2], n[3], roll, pitch, yaw];
         let lengths = "1.0,0.645275,1.086284,1.503439,1.281933,0.771071\n".repeat(3);
-        let seed = format!("pose --jacks - --convention zyx --seed {}", csv(&pose));
+        let seed = format!("pose --lengths - --convention zyx --seed {}", csv(&pose));
         let found = poses(&table(&folder, &seed, &lengths));
         assert_eq!(found.len(), 3);
         for found in found {
@@ -190,8 +201,8 @@ fn a_seed_decides_the_branch_and_the_rows_after_it_stay_there_until_they_jump() 
 #[test]
 fn a_jump_is_solved_from_home_and_said_so() {
     let input = "0,0,2,0,0,0\n0.01,0,2,0,0,0\n0.4,0,2.2,0,0,0.2\n";
-    let lengths = table(&mathworks(), "jacks --poses - --convention zyx", input);
-    let seed = "pose --jacks - --convention zyx --seed 0.01,-0.01,2,0,0,0";
+    let lengths = table(&mathworks(), "lengths --poses - --convention zyx", input);
+    let seed = "pose --lengths - --convention zyx --seed 0.01,-0.01,2,0,0,0";
     let output = run(&mathworks(), seed, &lengths);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.ends_with("from the row before: 1\n"), "{said}");
@@ -207,10 +218,10 @@ fn a_long_table_keeps_its_order_and_stops_at_its_bad_row() {
     for row in 0..30_000 {
         input += &format!("n,{},0,0,0,0,0\n", height(row));
     }
-    let lengths = table(&mathworks(), "jacks --poses - --convention zyx", &input);
+    let lengths = table(&mathworks(), "lengths --poses - --convention zyx", &input);
     let found = poses(&table(
         &mathworks(),
-        "pose --jacks - --convention zyx",
+        "pose --lengths - --convention zyx",
         &lengths,
     ));
     assert_eq!(found.len(), 30_000);
@@ -220,7 +231,7 @@ fn a_long_table_keeps_its_order_and_stops_at_its_bad_row() {
 
     // The row after line 20,000, counted with the header, says nothing.
     let bad = input.replace(&format!("n,{},", height(19_999)), "n,high,");
-    let output = run(&mathworks(), "jacks --poses - --convention zyx", &bad);
+    let output = run(&mathworks(), "lengths --poses - --convention zyx", &bad);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success());
     assert_eq!(
@@ -228,7 +239,7 @@ fn a_long_table_keeps_its_order_and_stops_at_its_bad_row() {
         "hexsense: standard input, line 20001: \"high\" is not a finite number\n"
     );
     assert_eq!(
-        legs(&String::from_utf8(output.stdout).unwrap()).len(),
+        lengths_of(&String::from_utf8(output.stdout).unwrap()).len(),
         19_999
     );
 }
@@ -238,55 +249,59 @@ fn rows_that_are_no_rows_are_refused_with_file_line_and_reason() {
     let home = csv(&[3.153800684; 6]);
     let cases = [
         (
-            "jacks --poses -",
+            "lengths --poses -",
             "",
             "standard input, line 1: there is no row",
         ),
         (
-            "jacks --poses -",
+            "lengths --poses -",
             "0,2,0,0,0\n",
             "line 1: 5 cells; there must be 6",
         ),
         (
-            "jacks --poses -",
+            "lengths --poses -",
             "0,2,0,0,0,0\n\n0,2,0,0,nan,0\n",
             "line 3: \"nan\"",
         ),
-        ("jacks --poses -", "0,2,0,0,,0\n", "line 1: \"\""),
-        ("jacks --poses -", "0,2,0,0,1e999,0\n", "line 1: \"1e999\""),
+        ("lengths --poses -", "0,2,0,0,,0\n", "line 1: \"\""),
         (
-            "jacks --poses -",
+            "lengths --poses -",
+            "0,2,0,0,1e999,0\n",
+            "line 1: \"1e999\"",
+        ),
+        (
+            "lengths --poses -",
             "0,1e200,0,0,0,0\n",
             "line 1: so far away",
         ),
         (
-            "jacks --poses -",
+            "lengths --poses -",
             "x,y,z,roll,pitch,heading\n",
             "line 1: the header has no yaw",
         ),
-        ("jacks --poses none.csv", "", "none.csv: cannot be read"),
+        ("lengths --poses none.csv", "", "none.csv: cannot be read"),
         (
-            "pose --jacks -",
+            "pose --lengths -",
             "3,3,3,3,3,30\n",
             "line 1: jack 6 is 30 m long",
         ),
         (
-            "pose --jacks -",
+            "pose --lengths -",
             "1,6,1,6,1,6\n",
             "line 1: no pose that can be reached",
         ),
         (
-            "pose --jacks - --seed 0,2,0,0,0",
+            "pose --lengths - --seed 0,2,0,0,0",
             &home,
             "5 numbers; there must be 6",
         ),
         (
-            "pose --jacks - --seed 0,2,0,0,0,inf",
+            "pose --lengths - --seed 0,2,0,0,0,inf",
             &home,
             "\"inf\" is not a finite",
         ),
         (
-            "pose --jacks - --convention zxy",
+            "pose --lengths - --convention zxy",
             &home,
             "[possible values: gost, zyx, xyz]",
         ),

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, ensure};
 use hexsense_core::channel::{INERTIAL, JACKS, NAMES};
-use hexsense_probe::analysis::Run;
+use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, Signals, compare, held_out};
 use hexsense_probe::analysis::results::Results;
 use hexsense_probe::campaign::Campaign;
@@ -80,7 +80,7 @@ pub fn judge(told: &Told) -> anyhow::Result<Judged> {
 }
 
 /// Sums the captures again, and calibrates the counts of the held-out run again.
-fn replay_all(campaign: &Campaign, held_out: &Run) -> anyhow::Result<Replay> {
+fn replay_all(campaign: &Campaign, held_out: &RecordedRun) -> anyhow::Result<Replay> {
     let (mut sums, mut sums_equal) = (0, true);
     for run in &campaign.plan.runs {
         let capture = campaign.capture(&run.name)?;
@@ -110,18 +110,15 @@ fn read<T: serde::de::DeserializeOwned>(path: &std::path::Path) -> anyhow::Resul
 /// Where the values of the held-out run lie in the twin's time.
 fn place(
     campaign: &Campaign,
-    run: &Run,
+    run: &RecordedRun,
     seen: &HeldOut,
     log: &TruthLog,
 ) -> anyhow::Result<Alignment> {
-    let geometry = &campaign.geometry.geometry;
-    let stroke_m = geometry.length_max_m() - geometry.length_min_m();
-    let displacement_m = |counts| campaign.sensors.jack_displacement_m(counts, stroke_m);
-    let rows: Vec<[f64; JACKS]> = seen
-        .jacks
-        .iter()
-        .map(|row| row.map(displacement_m))
-        .collect();
+    let transducers = campaign.sensors.transducers(&campaign.geometry.geometry);
+    let displacements_m = |counts: &[f64; JACKS]| {
+        std::array::from_fn(|jack| transducers.displacement_m(jack, counts[jack]))
+    };
+    let rows: Vec<[f64; JACKS]> = seen.jacks.iter().map(displacements_m).collect();
     align(&rows, seen.group as f64 / f64::from(run.rate_hz), log)
 }
 

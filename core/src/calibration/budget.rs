@@ -4,8 +4,8 @@
 //! the change of the result when the cause changes by its standard uncertainty. Independent terms add in squares
 //! (GUM 5.1.2); the *expanded* uncertainty is the combined one times the *coverage factor* k = 2, about 95 %.
 //!
-//! How near to 95 % depends on the shape of the largest terms: a tolerance, all values within it equally likely, never
-//! errs by more than √3 of its standard uncertainty. So the fourth cumulant κ₄ of each term is added up too (−1.2·u⁴
+//! How near to 95 % depends on the distribution of the largest terms: a tolerance, all values within it equally likely,
+//! never errs by more than √3 of its standard uncertainty. So the fourth cumulant κ₄ of each term is added up too (−1.2·u⁴
 //! for a uniform term, 0 for a normal one), and the excess kurtosis γ = Σκ₄/u_c⁴ gives the factor of the interval
 //! that holds 95 %: 1.960 for a normal sum (γ = 0) down to 1.645 for a single uniform term (γ = −1.2). (Method:
 //! R. Willink, Metrologia 42 (2005) 329; the polynomial here is fitted to sums of a uniform and a normal term.)
@@ -92,7 +92,7 @@ pub struct Budget {
 
 /// How the values of a term are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum Distribution {
     /// Normal.
     Normal,
     /// All values within a tolerance equally likely.
@@ -101,10 +101,10 @@ pub enum Shape {
 
 impl Budget {
     /// Adds an independent contribution with standard uncertainty `standard`, in the unit of the result.
-    pub fn add(&mut self, cause: Cause, shape: Shape, standard: f64) {
+    pub fn add(&mut self, cause: Cause, shape: Distribution, standard: f64) {
         let variance = standard * standard;
         self.variances[cause as usize] += variance;
-        if shape == Shape::Uniform {
+        if shape == Distribution::Uniform {
             self.fourth_cumulant -= 1.2 * variance * variance;
         }
     }

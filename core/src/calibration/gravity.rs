@@ -5,8 +5,8 @@
 //! γ  = γ₀ (1 − (2/a)(1 + f + m − 2f sin²φ) h + 3 h²/a²)                    free air, to second order
 //! ```
 //!
-//! (NIMA TR8350.2, Department of Defense World Geodetic System 1984, 3rd edition, equations 4-1 and 4-3.) What the
-//! ground is made of adds an anomaly, which the formula does not know; [`ANOMALY_M_S2`] is its standard uncertainty.
+//! (NIMA TR8350.2, Department of Defense World Geodetic System 1984, 3rd edition, equations 4-1 and 4-3.) The
+//! ground below adds an anomaly, which the formula does not contain; [`ANOMALY_M_S2`] is its standard uncertainty.
 
 /// Gravity at the equator, γₑ, m/s².
 const EQUATOR_M_S2: f64 = 9.780_325_335_9;

@@ -13,15 +13,19 @@
 //! | zero: the base stands still at home, and must | [`zero`] |
 //! | truth on a hold: gravity's projection by the pose | [`truth::specific_force_at_rest`] |
 //! | truth of a sine run: rates and accelerations of the fitted pose | [`truth`] |
+//! | means, amplitudes and their noise | [`observation`] |
 //! | sensitivity and delay of a triad from holds and sine runs | [`triad`] |
 //! | gravity where nobody has measured it | [`gravity`] |
 //! | standard uncertainty from all its terms | [`budget`] |
 //!
-//! The method is that of design section 3: k = A_p / A_1 with A_p = A_u(2πf)² or A_u·2πf, generalised from one axis
-//! to three by complex amplitudes, so that the sign and size of cross-axis sensitivity come out too.
+//! On one axis that is driven by a sine of frequency f, the method is k = A_p / A_1: A_1 is the amplitude of the
+//! sensor's first harmonic in counts, and A_p the true amplitude, A_u·(2πf)² for an angular acceleration and A_u·2πf for
+//! an angular rate, from the amplitude A_u of the pose. Here complex amplitudes of all three axes take the place of
+//! A_p and A_1, so that the sign and the size of the cross-axis sensitivity come out too.
 
 pub mod budget;
 pub mod gravity;
+pub mod observation;
 pub mod triad;
 pub mod truth;
 pub mod zero;

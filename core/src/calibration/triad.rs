@@ -19,6 +19,7 @@
 use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 
 use super::AXES;
+pub use super::observation::{MeasuredHold, Noise, SineRun};
 use crate::least_squares::{NormalEquations, Solution};
 use crate::records::record::is_singular;
 
@@ -30,66 +31,6 @@ type Row = SVector<f64, UNKNOWNS>;
 /// Most rounds in which the delay is refined, and the change at which it is left as it is.
 const DELAY_ROUNDS: usize = 20;
 const SETTLED_DELAY_S: f64 = 1e-12;
-
-/// Means over one hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hold {
-    /// Which run with holds, 0 or 1.
-    pub run: usize,
-    /// Middle of the averaged stretch, s from any common origin.
-    pub time_s: f64,
-    /// Length of the averaged stretch, s.
-    pub length_s: f64,
-    /// Mean counts of the triad.
-    pub counts: Vector3<f64>,
-    /// True specific force, m/s².
-    pub truth: Vector3<f64>,
-}
-
-/// First harmonics in one sine run as complex amplitudes a − i·b, phase zero at the same instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SineRun {
-    /// Drive frequency, rad/s.
-    pub omega: f64,
-    /// Length of the estimate, s.
-    pub length_s: f64,
-    /// Counts of the triad.
-    pub counts: [Complex<f64>; AXES],
-    /// Truth, in the triad's unit.
-    pub truth: [Complex<f64>; AXES],
-}
-
-/// Random errors of a triad's sensors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
-    /// White noise at low frequencies, counts/√Hz (one-sided), for each sensor.
-    pub density: [f64; AXES],
-    /// Random walk of the bias, counts/√s, for each sensor.
-    pub walk: [f64; AXES],
-}
-
-impl Noise {
-    /// Variance of a mean over `length_s` by white noise, counts²: density²/2T.
-    #[must_use]
-    pub fn hold_variance(&self, sensor: usize, length_s: f64) -> f64 {
-        self.density[sensor] * self.density[sensor] / (2.0 * length_s)
-    }
-
-    /// Variances of the real and the imaginary part of an amplitude at `omega` rad/s estimated over `length_s`,
-    /// counts²: the density of all noise at that frequency, squared, over T. A walk has the density √2·walk/ω there. The
-    /// imaginary part, a sine over whole periods from its zero on, shares the window with the drift that is fitted
-    /// beside it: over P periods its variance is larger by 1/(1 − 6/π²P²).
-    #[must_use]
-    pub fn amplitude_variances(&self, sensor: usize, omega: f64, length_s: f64) -> [f64; 2] {
-        let walk = self.walk[sensor] / omega;
-        let density = self.density[sensor] * self.density[sensor] + 2.0 * walk * walk;
-        // πP = ωT/2; a fit needs a period at least.
-        let half_turns = (omega * length_s / 2.0).max(core::f64::consts::PI);
-        let shared = 6.0 / (half_turns * half_turns);
-        let variance = density / length_s;
-        [variance, variance / (1.0 - shared)]
-    }
-}
 
 /// A calibrated triad.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,7 +74,11 @@ pub enum TriadError {
 ///
 /// # Errors
 /// Every variant of [`TriadError`].
-pub fn fit_triad(holds: &[Hold], sines: &[SineRun], noise: &Noise) -> Result<TriadFit, TriadError> {
+pub fn fit_triad(
+    holds: &[MeasuredHold],
+    sines: &[SineRun],
+    noise: &Noise,
+) -> Result<TriadFit, TriadError> {
     if let Some(hold) = holds.iter().find(|hold| hold.run >= HOLD_RUNS) {
         return Err(TriadError::Run { run: hold.run });
     }
@@ -206,7 +151,7 @@ fn sensitivity(rows: &[Solution<UNKNOWNS>; AXES]) -> Matrix3<f64> {
 }
 
 fn fit_rows(
-    holds: &[Hold],
+    holds: &[MeasuredHold],
     sines: &[SineRun],
     noise: &Noise,
     delay_s: f64,
@@ -235,7 +180,7 @@ fn fit_rows(
     Ok([fit(0)?, fit(1)?, fit(2)?])
 }
 
-fn hold_row(hold: &Hold) -> Row {
+fn hold_row(hold: &MeasuredHold) -> Row {
     let mut row = Row::zeros();
     row.fixed_rows_mut::<AXES>(0).copy_from(&hold.truth);
     row[AXES + hold.run] = 1.0;
@@ -251,7 +196,7 @@ fn sine_row(sine: &SineRun, part: fn(&Complex<f64>) -> f64) -> Row {
 }
 
 /// 1/variance of a hold's mean: white noise, and the walk over the time from hold to hold.
-fn hold_weight(hold: &Hold, sensor: usize, noise: &Noise) -> f64 {
+fn hold_weight(hold: &MeasuredHold, sensor: usize, noise: &Noise) -> f64 {
     let walk = noise.walk[sensor] * noise.walk[sensor] * 2.0 * hold.length_s;
     1.0 / (noise.hold_variance(sensor, hold.length_s) + walk)
 }
@@ -303,7 +248,7 @@ impl Lag {
 fn row_covariance(
     sensor: usize,
     row: &Solution<UNKNOWNS>,
-    holds: &[Hold],
+    holds: &[MeasuredHold],
     sines: &[SineRun],
     noise: &Noise,
 ) -> Matrix3<f64> {

@@ -30,7 +30,7 @@ use crate::kinematics::Pose;
 /// Points of a period at which products are formed: enough for products of three five-harmonic signals.
 const POINTS: usize = 64;
 
-/// Where the sensors sit and what pulls on them.
+/// Where the sensors are, and gravity there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Place of the sensor block from O in body axes, m.

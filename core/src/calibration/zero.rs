@@ -1,7 +1,7 @@
 //! Zero: the mean of each channel while the program signal is zero, refused when the base was not at rest.
 //!
-//! Sensors are noisy, so the noise itself is no sign of movement; what is judged is the scatter of means over a
-//! *segment* of a tenth of the run, and the slope through them, each against a limit given by the caller.
+//! Sensors are noisy, so noise alone is no sign of movement. Two numbers are compared with limits that the caller gives:
+//! the scatter of the means over *segments* of a tenth of the run, and the slope through these means.
 
 use crate::least_squares::NormalEquations;
 use nalgebra::Vector2;

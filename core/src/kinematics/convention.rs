@@ -31,7 +31,7 @@ pub enum Convention {
     Xyz,
 }
 
-/// Three angles, rad; what they mean is the [`Convention`]'s to say.
+/// Three angles, rad; the [`Convention`] says what they mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Angles<T> {
     /// Turn about the x axis (γ in `gost`).

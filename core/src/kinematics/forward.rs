@@ -2,7 +2,7 @@
 //!
 //! F_k(q) = |p + A·b_k − a_k| − l_k = 0 has up to forty real solutions (P. Dietmaier 1998), the assembly branches; a
 //! base stays on the one it was built on, because a change of branch leads through a singular pose, where its jacks
-//! do not hold it. So a solution without its branch is worth nothing, and there are three ways to ask:
+//! do not hold it. So a solution is useful only with its branch, and there are three calls:
 //!
 //! | call | starts from | keeps the branch | use |
 //! |---|---|---|---|
@@ -12,11 +12,11 @@
 //!
 //! All three try Newton's method first (`newton.rs`) on the equations in `excursion.rs`. Where it does not contract,
 //! the first two follow the branch along a path in the lengths and the third descends (`path.rs`). The sign of det J
-//! at the solution is compared with that at the start. What is returned has a residual below the tolerance, measured,
-//! not predicted; everything else is a [`ForwardError`].
+//! at the solution is compared with that at the start. A returned solution has a measured residual below the
+//! tolerance; everything else is a [`ForwardError`].
 //!
-//! From home every pose is to be found that a straight path (position, rotation vector) joins to home inside the
-//! stroke and without a change of the sign of det J; the tests hold the presets to it with ten thousand poses each.
+//! From home the solver finds every pose that a straight path (position, rotation vector) joins to home inside the
+//! stroke and without a change of the sign of det J; the tests check this with ten thousand poses of each preset.
 
 use nalgebra::{RealField, convert};
 use simba::scalar::SupersetOf;
@@ -26,21 +26,20 @@ pub use super::outcome::{ForwardError, Options, Solution};
 use super::{
     excursion::{Excursion, Home},
     geometry::Geometry,
-    inverse::inverse,
     jacobian::{bound_times_determinant, condition, condition_bound, jacobian},
     newton::{Arrival, Pivoting},
-    path::{End, Stuck},
+    path::Stuck,
     pose::Pose,
     six::Six,
 };
 
-/// Forward kinematics of one base: what can be known beforehand is computed once.
+/// Forward kinematics of one base: everything that depends on the base alone is computed once.
 #[derive(Clone, Debug)]
 pub struct Solver<T: RealField + Copy> {
-    geometry: Geometry<T>,
-    options: Options<T>,
+    pub(super) geometry: Geometry<T>,
+    pub(super) options: Options<T>,
     condition: Condition<T>,
-    home: Home<T>,
+    pub(super) home: Home<T>,
     tolerance_m: T,
     /// Over |det J| it bounds the condition number, with an eighth to spare.
     condition_scale: T,
@@ -219,55 +218,6 @@ impl<T: RealField + Copy> Solver<T> {
         }
     }
 
-    /// Whether O or the body has gone farther than it may from one tracked pose to the next.
-    #[inline(always)]
-    fn jumped(&self, pose: &Pose<T>, last: &Pose<T>) -> bool {
-        let moved = (pose.position - last.position).norm_squared();
-        let turn = last.rotation.conjugate().into_inner() * pose.rotation.into_inner();
-        // The vector part of a unit quaternion is the sine of half the angle, here less than half the angle.
-        let half_jump_rad = self.options.jump_rad * convert(0.5);
-        (moved > self.options.jump_m * self.options.jump_m)
-            | (turn.imag().norm_squared() > half_jump_rad * half_jump_rad)
-    }
-
-    /// Refuses lengths that are not numbers or lie outside the stroke.
-    #[inline(always)]
-    fn check(&self, lengths: &[T; 6]) -> Result<(), ForwardError<T>> {
-        let least = self.geometry.length_min_m() - self.options.stroke_margin_m;
-        let greatest = self.geometry.length_max_m() + self.options.stroke_margin_m;
-        let inside = lengths
-            .iter()
-            .fold(true, |inside, &l| inside & (l >= least) & (l <= greatest));
-        if inside {
-            Ok(())
-        } else {
-            Err(self.refuse(lengths))
-        }
-    }
-
-    #[cold]
-    fn refuse(&self, lengths: &[T; 6]) -> ForwardError<T> {
-        let from_mid = |k: usize| (lengths[k] - self.geometry.mid_length_m()).abs();
-        let mut farthest = 0;
-        for (k, &length_m) in lengths.iter().enumerate() {
-            if !length_m.is_finite() {
-                return ForwardError::NotFinite {
-                    jack: k as u8 + 1,
-                    length_m,
-                };
-            }
-            if from_mid(k) > from_mid(farthest) {
-                farthest = k;
-            }
-        }
-        ForwardError::OutsideStroke {
-            jack: farthest as u8 + 1,
-            length_m: lengths[farthest],
-            length_min_m: self.geometry.length_min_m(),
-            length_max_m: self.geometry.length_max_m(),
-        }
-    }
-
     /// The bound of the condition number of [`super::jacobian`](mod@super::jacobian); the Newton matrix has the rows of
     /// J times the lengths.
     #[inline(always)]
@@ -335,46 +285,6 @@ impl<T: RealField + Copy> Solver<T> {
             Ok(arrival) => Ok(self.settled(arrival, task)),
             Err(_) if another_branch => Err(ForwardError::BranchChanged),
             Err(stuck) => Err(self.explain(&stuck, task.lengths)),
-        }
-    }
-
-    fn explain(&self, stuck: &Stuck<T>, lengths: &[T; 6]) -> ForwardError<T> {
-        let pose = self.home.pose(&stuck.excursion);
-        let there = inverse(&self.geometry, &pose);
-        let short_m = (Six(*lengths) - Six(there)).largest();
-        let (condition, limit) = (self.condition(&pose), self.options.max_condition);
-        let iterations = self.options.max_iterations;
-        match stuck.end {
-            End::Exhausted => ForwardError::NoConvergence {
-                iterations,
-                short_m,
-            },
-            End::AtStart if condition > limit => ForwardError::Singular { condition, limit },
-            End::AtStart | End::OnTheWay => ForwardError::Unreachable { short_m },
-        }
-    }
-
-    /// The solution if its condition number, not just the bound, is under the limit.
-    #[cold]
-    #[inline(never)]
-    fn weigh(&self, solution: Solution<T>) -> Result<Solution<T>, ForwardError<T>> {
-        let (condition, limit) = (self.condition(&solution.pose), self.options.max_condition);
-        if condition <= limit {
-            Ok(solution)
-        } else {
-            Err(ForwardError::Singular { condition, limit })
-        }
-    }
-
-    #[cold]
-    fn jump(&self, pose: &Pose<T>, last: &Pose<T>) -> ForwardError<T> {
-        let (distance_m, angle_rad) = pose.distance(last);
-        let (limit_m, limit_rad) = (self.options.jump_m, self.options.jump_rad);
-        ForwardError::Jump {
-            distance_m,
-            angle_rad,
-            limit_m,
-            limit_rad,
         }
     }
 }

@@ -8,7 +8,7 @@
 //! Δl_k = l_k − l_mid           its displacement, l_mid = (l_max + l_min)/2
 //! ```
 //!
-//! Nothing here asks whether the lengths lie inside the stroke: a planner wants to see by how much they do not.
+//! The lengths may lie outside the stroke: a planner needs to see by how much.
 
 use nalgebra::{RealField, Vector3};
 

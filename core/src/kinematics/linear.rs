@@ -43,7 +43,7 @@ pub(super) struct Factors<T> {
 }
 
 impl<T: RealField + Copy> Rows<T> {
-    /// The order of the jacks that puts the three first whose directions span space best.
+    /// The order of the jacks in which the first three have the directions that span space best.
     pub fn best_order(&self) -> [usize; 6] {
         let mut best = ([0, 1, 2, 3, 4, 5], -T::one());
         for first in 0..6 {

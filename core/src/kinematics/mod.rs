@@ -3,16 +3,17 @@
 //! | file | what |
 //! |---|---|
 //! | [`geometry`] | hinges, stroke, home |
+//! | [`validation`] | which numbers describe a base |
 //! | [`pose`], [`convention`] | where the body is, and how people write it down |
 //! | [`inverse`](mod@inverse) | jack lengths from a pose, equation (1) |
 //! | [`jacobian`](mod@jacobian) | how lengths change with the pose, equation (2), and how well that can be undone |
 //! | [`forward`] | a pose from jack lengths, equation (3): what is asked and answered |
-//! | [`tracker`] | pose after pose of a recorded run |
+//! | [`tracker`] | pose after pose of a moving base |
+//! | `refusal.rs` | what it refuses |
 //! | `excursion.rs` | the equations of forward kinematics, counted from home |
 //! | `newton.rs` | Newton's method on them |
-//! | `path.rs` | following the branch, or descending, where Newton's method will not do |
+//! | `path.rs` | following the branch, or descending, where Newton's method does not contract |
 //! | `linear.rs`, `six.rs`, `exact.rs` | the 6×6 system of a step; six jacks at a time; sums with their errors |
-//! | [`rates`] | twist and acceleration from jack speeds and accelerations, body rates |
 //!
 //! Frames: OXYZ is fixed to the body, its origin O in the plane of the upper hinges; the earth frame's origin lies
 //! below O at home. Both have X forward, Y up, Z right. Lengths are in metres, angles in radians. Everything is
@@ -30,14 +31,16 @@ mod newton;
 mod outcome;
 mod path;
 pub mod pose;
-pub mod rates;
+mod refusal;
 mod six;
 pub mod tracker;
+pub mod validation;
 
 pub use convention::{Angles, Convention};
 pub use forward::{ForwardError, Options, Solution, Solver};
-pub use geometry::{Geometry, GeometryError};
+pub use geometry::Geometry;
 pub use inverse::{displacements, inverse};
 pub use jacobian::jacobian;
 pub use pose::Pose;
-pub use tracker::Tracker;
+pub use tracker::{PoseTracker, ReportFailure, SolveFromHome, SolveJumpsFromHome};
+pub use validation::GeometryError;

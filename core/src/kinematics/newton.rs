@@ -5,12 +5,12 @@
 //! ```
 //!
 //! Three refinements of the Newton-Kantorovich iteration:
-//! - Where one more step with the last matrix will do, the matrix is kept (Kantorovich's modified method, a chord
+//! - Where one more step with the last matrix is enough, the matrix is kept (Kantorovich's modified method, a chord
 //!   step): it leaves about twice the last contraction times the last residual.
-//! - From home the matrix is known beforehand, and the step is carried to second order: with t_k = w × b_k, what
-//!   Newton's step leaves out of F_k is −½·|u + t_k|² − ½·d°_k·(w × t_k).
-//! - A step longer than half of the one before it means that the start was too far off for Newton's method to be
-//!   trusted with the branch (the monotonicity test of P. Deuflhard, "Newton Methods for Nonlinear Problems", 2004).
+//! - From home the matrix is known beforehand, and the step is carried to second order: with t_k = w × b_k, Newton's
+//!   step leaves −½·|u + t_k|² − ½·d°_k·(w × t_k) out of F_k.
+//! - A step longer than half of the one before it means that the start was too far off: Newton's method may leave the
+//!   branch (the monotonicity test of P. Deuflhard, "Newton Methods for Nonlinear Problems", 2004).
 //!   The iteration stops there, and the caller takes another way.
 
 use nalgebra::{RealField, convert};
@@ -201,7 +201,7 @@ impl<T: RealField + Copy> Home<T> {
                 moved_squared = T::zero();
             }
         }
-        // The last residual is worth one more step, unless it is next to nothing.
+        // The last residual is worth one more step, unless it is tiny.
         if residual * convert(64.0) > tolerance {
             let (u, w) = matrix.solve(&residuals);
             excursion = excursion.moved(&u, &w);

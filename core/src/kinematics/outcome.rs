@@ -5,6 +5,9 @@ use thiserror::Error;
 
 use super::pose::Pose;
 
+/// How far a measured jack may read beyond its stroke, m: a transducer is off by some millimetres at most.
+const MEASURED_STROKE_MARGIN_M: f64 = 0.01;
+
 /// How exact a solution must be and what is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<T> {
@@ -36,6 +39,17 @@ impl<T: RealField + Copy> Default for Options<T> {
             stroke_margin_m: convert(1e-6),
             jump_m: convert(0.05),
             jump_rad: convert(0.05),
+        }
+    }
+}
+
+impl<T: RealField + Copy> Options<T> {
+    /// The default, but for lengths that transducers measure: 10 mm outside the stroke.
+    #[must_use]
+    pub fn measured() -> Self {
+        Self {
+            stroke_margin_m: convert(MEASURED_STROKE_MARGIN_M),
+            ..Self::default()
         }
     }
 }

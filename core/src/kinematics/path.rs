@@ -1,7 +1,7 @@
-//! The way round when Newton's method will not go straight: following the branch, or descending to the nearest pose.
+//! What the solver does where Newton's method does not contract: it follows the branch, or descends to the nearest pose.
 //!
-//! [`Home::follow`] takes the squares of the lengths along a straight line from those of a known pose to those that
-//! are wanted, F(λ) = λ·F(1) + (1 − λ)·F(0), in steps that Newton's method contracts on with the sign of det J kept.
+//! [`Home::follow`] takes the squares of the lengths along a straight line from those of a known pose to the
+//! wanted ones, F(λ) = λ·F(1) + (1 − λ)·F(0), in steps on which Newton's method contracts and det J keeps its sign.
 //! So the pose stays on its branch. The stroke is a box, so a path between two sets of lengths inside it stays inside
 //! it. The path ends early only where the branch does, at a singular pose.
 //!

@@ -1,4 +1,4 @@
-//! One number for each of the six jacks, computed with together, and products of vectors of such numbers.
+//! One number for each of the six jacks, with arithmetic on all six at once, and products of vectors of such numbers.
 //!
 //! Six jacks go through the same arithmetic. Written for all six at once, coordinate by coordinate, it compiles to
 //! whatever vector instructions the target has; there is nothing to shuffle and no loop left.

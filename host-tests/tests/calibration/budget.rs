@@ -1,16 +1,16 @@
 //! Terms add in squares.
 
 use approx::assert_relative_eq;
-use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
+use hexsense_core::calibration::budget::{Budget, Cause, Distribution, uniform};
 
 #[test]
 fn independent_contributions_add_in_squares_and_causes_stay_apart() {
     let mut budget = Budget::default();
     assert_eq!((budget.combined(), budget.expanded()), (0.0, 0.0));
-    budget.add(Cause::SensorNoise, Shape::Normal, 3.0);
-    budget.add(Cause::SensorNoise, Shape::Normal, -4.0);
+    budget.add(Cause::SensorNoise, Distribution::Normal, 3.0);
+    budget.add(Cause::SensorNoise, Distribution::Normal, -4.0);
     assert_relative_eq!(budget.term(Cause::SensorNoise), 5.0);
-    budget.add(Cause::Bandwidth, Shape::Uniform, 12.0);
+    budget.add(Cause::Bandwidth, Distribution::Uniform, 12.0);
     assert_relative_eq!(budget.combined(), 13.0);
     assert_relative_eq!(budget.expanded(), 26.0);
     assert_relative_eq!(budget.term(Cause::SensorNoise), 5.0);
@@ -20,7 +20,7 @@ fn independent_contributions_add_in_squares_and_causes_stay_apart() {
 fn every_cause_has_a_term_of_its_own() {
     let mut budget = Budget::default();
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        budget.add(cause, Shape::Normal, (index + 1) as f64);
+        budget.add(cause, Distribution::Normal, (index + 1) as f64);
     }
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
         assert_relative_eq!(budget.term(cause), (index + 1) as f64);
@@ -86,8 +86,8 @@ fn half_width_95(width: f64, normal: f64) -> f64 {
 fn the_interval_holds_95_per_cent_of_a_uniform_and_a_normal_term() {
     for width in [0.01, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 30.0] {
         let mut budget = Budget::default();
-        budget.add(Cause::SensorNoise, Shape::Normal, 1.0);
-        budget.add(Cause::Hinges, Shape::Uniform, uniform(width));
+        budget.add(Cause::SensorNoise, Distribution::Normal, 1.0);
+        budget.add(Cause::Hinges, Distribution::Uniform, uniform(width));
         let (stated, expected) = (budget.interval_95(), half_width_95(width, 1.0));
         assert_relative_eq!(stated, expected, max_relative = 3e-3);
     }
@@ -101,13 +101,13 @@ fn the_interval_of_a_single_term_is_that_of_its_shape() {
         budget.interval_95()
     };
     assert_relative_eq!(
-        alone(Shape::Normal, 2.0),
+        alone(Distribution::Normal, 2.0),
         2.0 * 1.959_964,
         max_relative = 1e-4
     );
     // 95 % of a tolerance is 0.95 of its half width.
     assert_relative_eq!(
-        alone(Shape::Uniform, uniform(0.7)),
+        alone(Distribution::Uniform, uniform(0.7)),
         0.95 * 0.7,
         max_relative = 3e-3
     );

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit, fit_triad};
+use hexsense_core::calibration::triad::{MeasuredHold, Noise, SineRun, TriadFit, fit_triad};
 use hexsense_core::harmonics::Series;
 use nalgebra::{Complex, Matrix3, Vector3};
 use rand::SeedableRng;
@@ -85,7 +85,7 @@ impl Campaign {
                     -pitch.cos() * roll.sin(),
                 ) * G;
                 let counts = self.sensitivity * truth + self.mean_errors(&mut biases);
-                holds.push(Hold {
+                holds.push(MeasuredHold {
                     run,
                     time_s: time_s + HOLD_S / 2.0,
                     length_s: HOLD_S,

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadError, TriadFit, fit_triad};
+use hexsense_core::calibration::triad::{
+    MeasuredHold, Noise, SineRun, TriadError, TriadFit, fit_triad,
+};
 use nalgebra::{Complex, Matrix3, Vector3};
 use proptest::prelude::*;
 
@@ -51,14 +53,20 @@ fn sensors() -> impl Strategy<Value = Sensors> {
 
 impl Sensors {
     /// The sensors' reading on a hold at this attitude; the bias has wandered by `wandered` since the zero run.
-    fn hold(&self, run: usize, time_s: f64, (roll, pitch): (f64, f64), wandered: f64) -> Hold {
+    fn hold(
+        &self,
+        run: usize,
+        time_s: f64,
+        (roll, pitch): (f64, f64),
+        wandered: f64,
+    ) -> MeasuredHold {
         let truth = Vector3::new(
             pitch.sin(),
             pitch.cos() * roll.cos(),
             -pitch.cos() * roll.sin(),
         ) * G;
         let counts = self.sensitivity * truth + self.offset.add_scalar(wandered);
-        Hold {
+        MeasuredHold {
             run,
             time_s,
             length_s: 8.0,
@@ -86,7 +94,7 @@ impl Sensors {
     }
 
     /// Pitch run, roll run, and a heave sine with a little motion along the other axes.
-    fn linear_runs(&self) -> (Vec<Hold>, Vec<SineRun>) {
+    fn linear_runs(&self) -> (Vec<MeasuredHold>, Vec<SineRun>) {
         let levels = [0.3, 0.0, -0.3, 0.0];
         let pitch = (0..4).map(|h| self.hold(0, 20.0 * h as f64, (0.01, levels[h]), 3.0));
         let roll = (0..4).map(|h| self.hold(1, 200.0 + 20.0 * h as f64, (levels[h], -0.02), -5.0));
@@ -165,7 +173,7 @@ fn runs_that_leave_an_axis_out_are_refused() {
     let sensors = straight();
     let (holds, _) = sensors.linear_runs();
     let angular = sensors.angular_runs();
-    let undetermined = |what: &str, holds: &[Hold], sines: &[SineRun]| {
+    let undetermined = |what: &str, holds: &[MeasuredHold], sines: &[SineRun]| {
         let found = fit_triad(holds, sines, &NOISE);
         assert_eq!(found.err(), Some(TriadError::Undetermined), "{what}");
     };

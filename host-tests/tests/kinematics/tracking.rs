@@ -3,7 +3,9 @@
 use core::f64::consts::TAU;
 
 use hexsense_core::kinematics::forward::{ForwardError, Options, Solver};
-use hexsense_core::kinematics::{Angles, Convention, Geometry, Pose, Tracker, inverse};
+use hexsense_core::kinematics::{
+    Angles, Convention, Geometry, Pose, PoseTracker, SolveFromHome, inverse,
+};
 use nalgebra::Vector3;
 
 use crate::bases::{misfit, presets};
@@ -88,7 +90,7 @@ fn a_jump_is_told_from_a_movement() {
 fn a_tracker_goes_on_after_gaps_and_bad_samples_on_the_branch_of_home() {
     for (name, geometry) in presets() {
         let solver = Solver::new(&geometry, Options::default());
-        let mut tracker = Tracker::new(&solver);
+        let mut tracker = PoseTracker::new(solver, SolveFromHome);
         for sample in 0..2000 {
             let gap = if sample > 1000 { 0.3 } else { 0.0 };
             let pose = swinging(&geometry, 1.0, 0.1, 0.1, f64::from(sample) * 1e-3 + gap);

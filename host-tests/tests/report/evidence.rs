@@ -7,11 +7,13 @@ use hexsense_core::harmonics::Analyser;
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use hexsense_core::wire::Drive;
-use hexsense_probe::analysis::Run;
-use hexsense_probe::analysis::held_out::{ChannelVerdict, HeldOut, compare, held_out};
+use hexsense_probe::analysis::RecordedRun;
+use hexsense_probe::analysis::held_out::{HeldOut, compare, held_out};
 use hexsense_probe::analysis::results::{Analysis, analyse};
-use hexsense_probe::board_pose::Difference;
-use hexsense_probe::campaign::{BoardRecord, BoardSums, Campaign, RunRecord};
+use hexsense_probe::campaign::{
+    BoardPoses, BoardRecord, BoardSums, Campaign, RunRecord, Verification,
+};
+use hexsense_probe::characteristics::Characterisation;
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::{self, Purpose};
 use hexsense_probe::report::{ReportInput, Verified};
@@ -23,12 +25,13 @@ pub struct Evidence {
     pub campaign: Campaign,
     pub board: BoardRecord,
     pub set: CoefficientSet,
-    pub runs: Vec<Run>,
+    pub runs: Vec<RecordedRun>,
     pub records: Vec<RunRecord>,
     pub analysis: Analysis,
-    pub held_out_run: Run,
+    pub held_out_run: RecordedRun,
     pub curves: HeldOut,
-    pub verdicts: Vec<ChannelVerdict>,
+    pub verification: Verification,
+    pub characterisation: Characterisation,
 }
 
 impl Evidence {
@@ -45,9 +48,10 @@ impl Evidence {
                 &geometry,
             ))
         };
-        let runs: Vec<Run> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
+        let runs: Vec<RecordedRun> = plan.runs_to(Purpose::Calibrate).map(&mut record).collect();
         let mut held_out_run = record(plan.run("held-out").unwrap());
         let analysis = analyse(&geometry, &sensors, &runs).unwrap();
+        let characterisation = Characterisation::new(&geometry, &sensors, &runs).unwrap();
         let set = set(&geometry, &analysis);
         let calibrator = Calibrator::new(&set);
         let capture = &mut held_out_run.capture;
@@ -59,7 +63,7 @@ impl Evidence {
         );
         let results = &analysis.results;
         let curves = held_out(&geometry, &sensors, &held_out_run, results).unwrap();
-        let verdicts = compare(
+        let channels = compare(
             &curves.reference,
             &curves.after,
             &curves.before,
@@ -93,7 +97,16 @@ impl Evidence {
             analysis,
             held_out_run,
             curves,
-            verdicts,
+            verification: Verification {
+                board_pose: BoardPoses {
+                    poses: 1886,
+                    largest_m: 2.46e-7,
+                    largest_rad: 1.14e-7,
+                    limit: 5e-7,
+                },
+                channels,
+            },
+            characterisation,
         }
     }
 
@@ -105,6 +118,7 @@ impl Evidence {
             runs: &self.runs,
             records: &self.records,
             analysis: &self.analysis,
+            characterisation: &self.characterisation,
             verified: None,
         }
     }
@@ -113,13 +127,7 @@ impl Evidence {
         let verified = Verified {
             run: &self.held_out_run,
             curves: &self.curves,
-            verdicts: &self.verdicts,
-            poses: Difference {
-                poses: 1886,
-                largest_m: 2.46e-7,
-                largest_rad: 1.14e-7,
-                scan: 29_824,
-            },
+            verification: &self.verification,
         };
         ReportInput {
             verified: Some(verified),
@@ -146,8 +154,8 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
     }
 }
 
-/// A record as the host writes it, with the sums of a board over the estimate.
-fn run_record(run: &Run, analysis: &Analysis) -> RunRecord {
+/// A record as the host writes it, with the sums that a board would have kept over the estimate.
+fn run_record(run: &RecordedRun, analysis: &Analysis) -> RunRecord {
     let condensed = &analysis.condensed;
     let mut sweeps = condensed.turns.iter().chain([&condensed.heave]);
     let sweep = sweeps.find(|sweep| sweep.name == run.name);

@@ -95,7 +95,7 @@ fn the_tables_hold_the_results() {
     let html = render(&EVIDENCE.verified()).unwrap();
     let document = parsed(&html);
     let channels = EVIDENCE.analysis.results.channels.iter();
-    for (channel, verdict) in channels.zip(&EVIDENCE.verdicts) {
+    for (channel, verdict) in channels.zip(&EVIDENCE.verification.channels) {
         let rows = rows(&document, &channel.name);
         let [result, verified, matrix] = rows.as_slice() else {
             panic!("{}: {rows:?}", channel.name)
@@ -219,10 +219,11 @@ fn the_verdict_is_open_then_passed_or_failed() {
         "{open}"
     );
     assert!(head(&EVIDENCE.verified()).contains("All nine channels pass"));
-    let mut verdicts = EVIDENCE.verdicts.clone();
-    verdicts[4].rms_error_after = 0.031 * verdicts[4].rms_signal;
+    let mut verification = EVIDENCE.verification.clone();
+    let verdict = &mut verification.channels[4];
+    verdict.rms_error_after = 0.031 * verdict.rms_signal;
     let verified = Verified {
-        verdicts: &verdicts,
+        verification: &verification,
         ..EVIDENCE.verified().verified.unwrap()
     };
     let failed = head(&ReportInput {
@@ -252,7 +253,8 @@ fn names_from_files_cannot_become_markup() {
     };
     let mut analysis = EVIDENCE.analysis.clone();
     analysis.condensed.heave.name = format!("run {HOSTILE}");
-    analysis.results.motion[0].freedom = format!("freedom {HOSTILE}");
+    let mut characterisation = EVIDENCE.characterisation.clone();
+    characterisation.characteristics.frequency_response[0].freedom = format!("freedom {HOSTILE}");
     analysis.results.channels[0].budget[0].cause = format!("cause {HOSTILE}");
     runs.iter_mut()
         .filter(|run| run.name == "heave")
@@ -262,6 +264,7 @@ fn names_from_files_cannot_become_markup() {
         board: &board,
         runs: &runs,
         analysis: &analysis,
+        characterisation: &characterisation,
         ..EVIDENCE.verified()
     };
     let html = render(&input).unwrap();

@@ -1,18 +1,20 @@
 //! Uncertainty budgets of everything that a campaign finds.
 //!
-//! The estimate is repeated under each doubt; the change of each result is that doubt's term (GUM 5.1.3, note 2).
-//! What is random, the sensors' noise and wandering, comes from the fits' covariances.
+//! The estimate is repeated under each perturbation of the assumptions; the change of each result is that
+//! perturbation's term (GUM 5.1.3, note 2). What is random, the sensors' noise and wandering, comes from the
+//! covariances of the fits.
 
-use hexsense_core::calibration::budget::{Budget, Cause, Shape, uniform};
-use hexsense_core::calibration::triad::Hold;
+use hexsense_core::calibration::budget::{Budget, Cause, Distribution, uniform};
+use hexsense_core::calibration::triad::MeasuredHold;
 use hexsense_core::channel::{INERTIAL, JACKS, Triad};
 use hexsense_core::excitation::DegreeOfFreedom;
 use nalgebra::Vector3;
 
 use super::AnalysisError;
-use super::belief::Belief;
-use super::condense::{Rest, Sweep};
-use super::estimate::{Condensed, Estimate, pose_harmonics, rest_truth, triad_counts};
+use super::assumptions::Assumptions;
+use super::condense::{RestMeans, Sweep};
+use super::estimate::{Condensed, Estimate, triad_counts};
+use super::poses::{pose_harmonics, rest_truth};
 use super::settling::Settling;
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -33,35 +35,41 @@ pub struct Budgets {
 }
 
 impl Budgets {
-    /// Repeats the estimate under every doubt and adds noise and bandwidth.
+    /// Repeats the estimate under every perturbation and adds noise and bandwidth.
     ///
     /// # Errors
-    /// [`AnalysisError`] when an estimate fails under a doubt.
+    /// [`AnalysisError`] when an estimate fails under a perturbation.
     pub fn new(
         condensed: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
         base: &GeometryFile,
         sensors: &SensorFile,
     ) -> Result<Self, AnalysisError> {
         let mut budgets = Self::default();
-        for doubt in belief.doubts(base, sensors) {
-            let changed = condensed.estimate(&doubt.belief)?;
-            budgets.add_change(doubt.cause, doubt.shape, [1.0; 3], estimate, &changed);
+        for perturbation in assumptions.perturbations(base, sensors) {
+            let changed = condensed.estimate(&perturbation.assumptions)?;
+            budgets.add_change(
+                perturbation.cause,
+                perturbation.shape,
+                [1.0; 3],
+                estimate,
+                &changed,
+            );
         }
         for (budget, noise_m) in budgets
             .lever_arm
             .iter_mut()
             .zip(&estimate.lever_arm_noise_m)
         {
-            budget.add(Cause::SensorNoise, Shape::Normal, *noise_m);
+            budget.add(Cause::SensorNoise, Distribution::Normal, *noise_m);
         }
         for sweep in std::iter::once(&condensed.heave).chain(&condensed.turns) {
-            budgets.add_jack_noise(sweep, condensed.rate_hz, belief, estimate)?;
+            budgets.add_jack_noise(sweep, assumptions, estimate)?;
         }
-        budgets.add_jack_noise_at_rest(condensed, belief, estimate)?;
+        budgets.add_jack_noise_at_rest(condensed, assumptions, estimate)?;
         for triad in Triad::ALL {
-            budgets.add_noise(triad, condensed, estimate, belief);
+            budgets.add_noise(triad, condensed, estimate, assumptions);
             budgets.add_bandwidth(triad, condensed, estimate, sensors);
             budgets.add_delay(triad, estimate, sensors);
         }
@@ -72,21 +80,27 @@ impl Budgets {
     pub fn add_settling(&mut self, settling: &Settling, estimate: &Estimate) {
         let parts = settling.share.map(f64::sqrt);
         let later = &settling.later;
-        self.add_change(Cause::Settling, Shape::Normal, parts, estimate, later);
+        self.add_change(
+            Cause::Settling,
+            Distribution::Normal,
+            parts,
+            estimate,
+            later,
+        );
     }
 
     /// Adds the change of every result, taken at the `parts` of the three triads.
     fn add_change(
         &mut self,
         cause: Cause,
-        shape: Shape,
+        shape: Distribution,
         parts: [f64; 3],
         estimate: &Estimate,
         changed: &Estimate,
     ) {
         let felt = parts[Triad::LinearAcceleration.index()];
         let arm = (changed.lever_arm_m - estimate.lever_arm_m) * felt;
-        // The value at rest at home is the specific force that was believed there, whatever the gain.
+        // The value at rest at home is the specific force that was assumed there, whatever the gain.
         let home = (changed.home - estimate.home) * felt;
         for axis in 0..3 {
             self.lever_arm[axis].add(cause, shape, arm[axis]);
@@ -111,13 +125,13 @@ impl Budgets {
         triad: Triad,
         condensed: &Condensed,
         estimate: &Estimate,
-        belief: &Belief,
+        assumptions: &Assumptions,
     ) {
         let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
         let (noise, zero) = (&condensed.noise[index], &condensed.zero);
         let deviations = fit.matrix_noise();
         let gravity = if triad == Triad::LinearAcceleration {
-            belief.site.gravity_m_s2
+            assumptions.site.gravity_m_s2
         } else {
             0.0
         };
@@ -125,17 +139,21 @@ impl Budgets {
             let white = noise.density[axis] / (2.0 * zero.length_s).sqrt();
             let walk = noise.walk[axis] * zero.length_s.sqrt();
             let gain = gravity * fit.row_covariance[axis][(1, 1)].sqrt();
-            self.offset[index][axis].add(Cause::SensorNoise, Shape::Normal, white.hypot(gain));
-            self.offset[index][axis].add(Cause::BiasWalk, Shape::Normal, walk);
+            self.offset[index][axis].add(
+                Cause::SensorNoise,
+                Distribution::Normal,
+                white.hypot(gain),
+            );
+            self.offset[index][axis].add(Cause::BiasWalk, Distribution::Normal, walk);
             self.rest[index][axis].add(
                 Cause::SensorNoise,
-                Shape::Normal,
+                Distribution::Normal,
                 white * fit.matrix[(axis, axis)],
             );
             for column in 0..3 {
                 self.matrix[index][axis][column].add(
                     Cause::SensorNoise,
-                    Shape::Normal,
+                    Distribution::Normal,
                     deviations[(axis, column)],
                 );
             }
@@ -146,14 +164,14 @@ impl Budgets {
     fn add_jack_noise_at_rest(
         &mut self,
         condensed: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
     ) -> Result<(), AnalysisError> {
-        let (linear, holds) = (Triad::LinearAcceleration, condensed.holds(belief)?);
-        let heave = condensed.truth(&condensed.heave, belief)?;
-        let [lifted, ..] = condensed.sine_runs(&heave, &[], belief);
-        let at_rest = triad_counts(&condensed.zero.counts, linear, belief);
-        let mut add = |holds: &[Hold], home: Vector3<f64>| -> Result<(), AnalysisError> {
+        let (linear, holds) = (Triad::LinearAcceleration, condensed.holds(assumptions)?);
+        let heave = condensed.truth(&condensed.heave, assumptions)?;
+        let [lifted, ..] = condensed.sine_runs(&heave, &[], assumptions);
+        let at_rest = triad_counts(&condensed.zero.counts, linear, assumptions);
+        let mut add = |holds: &[MeasuredHold], home: Vector3<f64>| -> Result<(), AnalysisError> {
             let fit = condensed.fit(linear, holds, &lifted)?;
             let mut changed = estimate.clone();
             changed.home = home;
@@ -161,7 +179,7 @@ impl Budgets {
             changed.fits[linear.index()] = fit;
             self.add_change(
                 Cause::JackNoise,
-                Shape::Normal,
+                Distribution::Normal,
                 [1.0; 3],
                 estimate,
                 &changed,
@@ -169,10 +187,10 @@ impl Budgets {
             Ok(())
         };
         for jack in 0..JACKS {
-            let noisy = |rest: &Rest, run: &str| {
+            let noisy = |rest: &RestMeans, run: &str| {
                 let mut rest = rest.clone();
                 rest.counts[INERTIAL + jack] += rest.jack_noise[jack];
-                rest_truth(belief, &rest, run)
+                rest_truth(assumptions, &rest, run)
             };
             add(&holds, noisy(&condensed.zero, "zero")?)?;
             let runs = condensed.hold_runs.iter();
@@ -190,12 +208,11 @@ impl Budgets {
     fn add_jack_noise(
         &mut self,
         sweep: &Sweep,
-        rate_hz: u32,
-        belief: &Belief,
+        assumptions: &Assumptions,
         estimate: &Estimate,
     ) -> Result<(), AnalysisError> {
         let driven = sweep.freedom as usize;
-        let fit = &pose_harmonics(sweep, rate_hz, belief)?[driven];
+        let fit = &pose_harmonics(sweep, assumptions)?[driven];
         let amplitude = fit.first().amplitude();
         let triads: &[Triad] = match sweep.freedom.is_rotation() {
             true => &[Triad::AngularAcceleration, Triad::AngularRate],
@@ -205,10 +222,10 @@ impl Budgets {
             let (index, axis) = (triad.index(), driven % 3);
             let gain = estimate.fits[index].matrix[(axis, axis)];
             let standard = gain * fit.uncertainty.amplitude[0] / amplitude;
-            self.matrix[index][axis][axis].add(Cause::JackNoise, Shape::Normal, standard);
+            self.matrix[index][axis][axis].add(Cause::JackNoise, Distribution::Normal, standard);
             let phase =
                 estimate.fits[index].delay_shares[axis] * fit.uncertainty.amplitude[0] / amplitude;
-            self.delay[index].add(Cause::JackNoise, Shape::Normal, phase / sweep.omega);
+            self.delay[index].add(Cause::JackNoise, Distribution::Normal, phase / sweep.omega);
         }
         Ok(())
     }
@@ -218,11 +235,11 @@ impl Budgets {
     /// uniform itself: its fourth cumulant is almost that of a normal distribution (−0.02 at 0.6 to 1 and 50 to 120 Hz).
     fn add_delay(&mut self, triad: Triad, estimate: &Estimate, sensors: &SensorFile) {
         let (index, fit) = (triad.index(), &estimate.fits[triad.index()]);
-        self.delay[index].add(Cause::SensorNoise, Shape::Normal, fit.delay_noise_s);
+        self.delay[index].add(Cause::SensorNoise, Distribution::Normal, fit.delay_noise_s);
         let deviation_s = sensors.triad(triad).delay_deviation_s();
         for share in fit.delay_shares {
             let excess = share - 1.0 / 3.0;
-            self.delay[index].add(Cause::Bandwidth, Shape::Normal, excess * deviation_s);
+            self.delay[index].add(Cause::Bandwidth, Distribution::Normal, excess * deviation_s);
         }
     }
 
@@ -251,7 +268,7 @@ impl Budgets {
                 let gain = estimate.fits[index].matrix[(axis, axis)];
                 self.matrix[index][axis][axis].add(
                     Cause::Bandwidth,
-                    Shape::Uniform,
+                    Distribution::Uniform,
                     gain * relative,
                 );
             }

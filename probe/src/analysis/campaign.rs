@@ -8,28 +8,28 @@ use hexsense_core::excitation::{DegreeOfFreedom, Signal};
 use super::condense::{Counts, HoldRun, Part, Sweep, before};
 use super::estimate::Condensed;
 use super::noise::Scatter;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
-/// The condensed runs of a campaign, and what is left of them when the base and the sensors are given more time.
+/// The condensed runs of a campaign, and the later parts of them, for which base and sensors had more time to settle.
 #[derive(Debug, Clone)]
-pub struct Campaign {
+pub struct CondensedCampaign {
     /// Everything.
     pub condensed: Condensed,
     /// The second half of each hold, and each sine run without the first third of its periods.
     pub later: Condensed,
 }
 
-impl Campaign {
-    /// Condenses `runs`; those that are none of the method's are passed over.
+impl CondensedCampaign {
+    /// Condenses `runs`; runs that the method does not use are passed over.
     ///
     /// # Errors
     /// Every variant of [`AnalysisError`] that speaks of runs, the zero run or sines.
     pub fn new(
         base: &GeometryFile,
         sensors: &SensorFile,
-        runs: &[Run],
+        runs: &[RecordedRun],
     ) -> Result<Self, AnalysisError> {
         let zero_run = runs
             .iter()
@@ -81,7 +81,7 @@ struct Moves {
 }
 
 impl Moved {
-    fn add(&mut self, run: &Run, base: &GeometryFile) -> Result<(), AnalysisError> {
+    fn add(&mut self, run: &RecordedRun, base: &GeometryFile) -> Result<(), AnalysisError> {
         let signal = match run.program.signals.as_slice() {
             [signal @ (_, Signal::Ramps(_) | Signal::Sine(_))] => signal,
             _ => return Ok(()),

@@ -11,7 +11,7 @@ use hexsense_core::harmonics::Harmonics;
 use hexsense_core::kinematics::Geometry;
 
 use super::noise::Scatter;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 
 /// Time that the base is given to come to rest on a hold, s.
 const HOLD_SETTLE_S: f64 = 1.5;
@@ -20,7 +20,7 @@ const GUARD_S: f64 = 0.2;
 
 /// Means over one stretch at rest.
 #[derive(Debug, Clone)]
-pub struct Rest {
+pub struct RestMeans {
     /// Middle of the stretch, s from the start of the board's scan counter.
     pub time_s: f64,
     /// Its length, s.
@@ -40,6 +40,8 @@ pub struct Sweep {
     pub freedom: DegreeOfFreedom,
     /// The program's sine.
     pub sine: Sine,
+    /// Scan rate, Hz.
+    pub rate_hz: u32,
     /// Drive frequency by the board's clock, rad/s.
     pub omega: f64,
     /// Length of the estimate, s.
@@ -64,12 +66,12 @@ pub struct HoldRun {
     /// Start of the movement, s from the start of the capture.
     pub onset_s: f64,
     /// One entry for each hold, the rest before the movement first.
-    pub holds: Vec<Rest>,
+    pub holds: Vec<RestMeans>,
 }
 
 /// A capture in counts at nominal supply.
 pub struct Counts<'a> {
-    pub(super) run: &'a Run,
+    pub(super) run: &'a RecordedRun,
     pub(super) channels: Vec<[f64; CHANNELS]>,
 }
 
@@ -78,7 +80,7 @@ impl<'a> Counts<'a> {
     ///
     /// # Errors
     /// [`AnalysisError::Gap`]: places in a capture with a gap are not times any more.
-    pub fn new(run: &'a Run) -> Result<Self, AnalysisError> {
+    pub fn new(run: &'a RecordedRun) -> Result<Self, AnalysisError> {
         let capture = &run.capture;
         if let Some(gap) = capture.gaps().first() {
             return Err(AnalysisError::Gap {
@@ -129,7 +131,7 @@ impl<'a> Counts<'a> {
     ///
     /// # Errors
     /// [`AnalysisError::Short`].
-    pub fn rest(&self, from_s: f64, to_s: f64) -> Result<Rest, AnalysisError> {
+    pub fn rest(&self, from_s: f64, to_s: f64) -> Result<RestMeans, AnalysisError> {
         let range = self.stretch(from_s, to_s)?;
         let scans = &self.channels[range.clone()];
         let mut counts = [0.0; CHANNELS];
@@ -146,7 +148,7 @@ impl<'a> Counts<'a> {
             .scans
             .first()
             .map_or(0.0, |scan| *scan as f64 / rate);
-        Ok(Rest {
+        Ok(RestMeans {
             time_s: start + (from_s + to_s) / 2.0,
             length_s: to_s - from_s,
             counts,
@@ -239,7 +241,7 @@ pub fn before(onset_s: f64) -> Option<(f64, f64)> {
 ///
 /// # Errors
 /// [`AnalysisError`] when the movement is not found, cut off or has gaps.
-pub fn hold_run(run: &Run, geometry: &Geometry<f64>) -> Result<HoldRun, AnalysisError> {
+pub fn hold_run(run: &RecordedRun, geometry: &Geometry<f64>) -> Result<HoldRun, AnalysisError> {
     let counts = Counts::new(run)?;
     HoldRun::new(&counts, counts.onset_s(geometry)?, Part::Whole)
 }
@@ -249,7 +251,7 @@ pub fn hold_run(run: &Run, geometry: &Geometry<f64>) -> Result<HoldRun, Analysis
 /// # Errors
 /// [`AnalysisError`] when the movement is not found, cut off, has gaps or is no sine.
 pub fn sweep(
-    run: &Run,
+    run: &RecordedRun,
     freedom: DegreeOfFreedom,
     sine: Sine,
     geometry: &Geometry<f64>,

@@ -1,36 +1,27 @@
 //! Calibrated values against a reference on a movement that nothing was fitted to.
 //!
-//! Both pass the same zero-phase low-pass, so that what is compared is the movement and not its vibration; the
-//! triad's delay is taken out of the values; then the means are compared on their own and the rest as rms.
+//! Both pass the same zero-phase low-pass, so that the movement is compared and not its vibration. The delay of the
+//! triad is taken out of the values. Then the means are compared on their own and the rest as rms.
 //!
-//! The reference of `hexsense verify` is the base's own pose, differentiated; whoever knows a better one (the twin's
-//! truth) compares with the same [`compare`].
+//! The reference of `hexsense verify` is the differentiated pose of the base ([`super::reference`]). A caller that knows
+//! a better one, such as the truth of the twin, uses the same [`compare`].
 
-use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
-use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::belief::Belief;
 use super::condense::Counts;
-use super::estimate::Poses;
 use super::filter::zero_phase_low_pass;
+use super::reference::reference;
+pub use super::reference::{CORNER_HZ, RATE_HZ, Signals};
 use super::results::Results;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
-/// Corner of the low-pass, Hz.
-pub const CORNER_HZ: f64 = 2.0;
-/// Rate at which values and reference are compared, Hz.
-pub const RATE_HZ: f64 = 100.0;
 /// Coverage factor of the mean's limit: nine channels are judged at once, so 99.7 % each.
 pub const MEAN_COVERAGE: f64 = 3.0;
 /// Left out at both ends, where the low-pass does not know what came before, s.
 const ENDS_S: f64 = 1.5;
-
-/// Values of all nine channels at [`RATE_HZ`], in their units.
-pub type Signals = [Vec<f64>; INERTIAL];
 
 /// How one channel did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -144,7 +135,7 @@ pub struct HeldOut {
 pub fn held_out(
     base: &GeometryFile,
     sensors: &SensorFile,
-    run: &Run,
+    run: &RecordedRun,
     results: &Results,
 ) -> Result<HeldOut, AnalysisError> {
     let counts = Counts::new(run)?;
@@ -199,7 +190,7 @@ pub fn held_out(
 
 /// The scans of the movement, in whole groups, with what the low-pass needs at both ends.
 fn movement(
-    run: &Run,
+    run: &RecordedRun,
     counts: &Counts,
     base: &GeometryFile,
     group: usize,
@@ -222,75 +213,6 @@ fn advance(values: &[f64], samples: f64) -> Vec<f64> {
     (0..values.len())
         .map(|index| at(index as f64 + samples))
         .collect()
-}
-
-/// What the sensors should feel, by the pose from the jacks: smoothed first, then differentiated.
-fn reference(
-    base: &GeometryFile,
-    sensors: &SensorFile,
-    run: &Run,
-    results: &Results,
-    jacks: &[[f64; JACKS]],
-) -> Result<Signals, AnalysisError> {
-    let belief = Belief::new(base, sensors);
-    let mut poses = Poses::new(&belief, &run.name)?;
-    let mut coordinates: [Vec<f64>; 6] = Default::default();
-    for counts in jacks {
-        let pose = poses.next(counts)?;
-        let row = hexsense_core::calibration::truth::coordinates(&pose);
-        coordinates
-            .iter_mut()
-            .zip(row)
-            .for_each(|(series, value)| series.push(value));
-    }
-    let smooth = coordinates.map(|series| zero_phase_low_pass(&series, CORNER_HZ, RATE_HZ));
-    let vector = |from: usize, index: usize| Vector3::from_fn(|axis, _| smooth[from + axis][index]);
-    let attitude: Vec<UnitQuaternion<f64>> = (0..jacks.len())
-        .map(|index| UnitQuaternion::from_scaled_axis(vector(3, index)))
-        .collect();
-    let position: Vec<Vector3<f64>> = (0..jacks.len()).map(|index| vector(0, index)).collect();
-    let lever_arm_m = Vector3::from(results.lever_arm_m.map(|place| place.estimate));
-    Ok(felt(
-        &position,
-        &attitude,
-        &Site {
-            lever_arm_m,
-            ..belief.site
-        },
-    ))
-}
-
-/// Specific force, angular acceleration and rate along a path sampled at [`RATE_HZ`].
-fn felt(position: &[Vector3<f64>], attitude: &[UnitQuaternion<f64>], site: &Site) -> Signals {
-    let last = position.len().saturating_sub(1);
-    let around = |index: usize| (index.saturating_sub(1), (index + 1).min(last));
-    let rate: Vec<Vector3<f64>> = (0..position.len())
-        .map(|index| {
-            let (before, after) = around(index);
-            let turn = attitude[before].rotation_to(&attitude[after]);
-            // The turn is about an earth axis; the sensors feel it in body axes.
-            attitude[index].inverse_transform_vector(&turn.scaled_axis()) * RATE_HZ
-                / (after - before).max(1) as f64
-        })
-        .collect();
-    let mut signals: Signals = Default::default();
-    for index in 0..position.len() {
-        let (before, after) = around(index);
-        let angular = (rate[after] - rate[before]) * RATE_HZ / (after - before).max(1) as f64;
-        let linear =
-            (position[after] - position[index] * 2.0 + position[before]) * RATE_HZ * RATE_HZ;
-        let arm = site.lever_arm_m;
-        let force = attitude[index]
-            .inverse_transform_vector(&(linear + Vector3::y() * site.gravity_m_s2))
-            + angular.cross(&arm)
-            + rate[index].cross(&rate[index].cross(&arm));
-        for axis in 0..3 {
-            signals[axis].push(force[axis]);
-            signals[3 + axis].push(angular[axis]);
-            signals[6 + axis].push(rate[index][axis]);
-        }
-    }
-    signals
 }
 
 /// Names of the channels that do not pass.

@@ -1,23 +1,23 @@
-//! The lever arm checked by what it was not estimated from: the second harmonic in the angular sine runs.
+//! A check of the lever arm by the second harmonic in the angular sine runs, which the arm is not estimated from.
 //!
 //! Turning at ω₀ sin Ωt, a sensor block at r from O feels ω×(ω×r), which swings by ω₀²r/2 at 2Ω. The arm is estimated
 //! from the first harmonic, ω̇×r; so the second is predicted from the pose, gravity and that arm, and compared with what
 //! the calibrated accelerometers show.
 //!
 //! The two disagree when they differ by more than four standard uncertainties of the noise and by more than
-//! [`MAX_OFFSET_M`] of arm would make: the tape measure that wrote the sensor file is no better, and less does no harm.
+//! [`MAX_OFFSET_M`] of arm would make: the tape measure behind the sensor file is no better, and a smaller error does no harm.
 
 use hexsense_core::channel::{NAMES, Triad};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::AnalysisError;
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::estimate::{Condensed, Estimate, felt};
 
-/// Error of the arm that is let pass, m.
+/// Largest error of the arm that passes, m.
 pub const MAX_OFFSET_M: f64 = 0.05;
-/// Standard uncertainties that are let pass.
+/// Number of standard uncertainties that pass.
 const SIGMAS: f64 = 4.0;
 
 /// Second harmonic of one axis in one angular sine run.
@@ -35,7 +35,7 @@ pub struct SecondHarmonic {
     pub difference: f64,
     /// Its standard uncertainty by the sensors' noise, both parts together, m/s².
     pub uncertainty: f64,
-    /// Largest difference that is let pass, m/s².
+    /// Largest difference that passes, m/s².
     pub limit: f64,
 }
 
@@ -54,14 +54,14 @@ impl SecondHarmonic {
 pub fn second_harmonics(
     condensed: &Condensed,
     estimate: &Estimate,
-    belief: &Belief,
+    assumptions: &Assumptions,
 ) -> Result<Vec<SecondHarmonic>, AnalysisError> {
     let fit = &estimate.fits[Triad::LinearAcceleration.index()];
     let mut all = Vec::new();
     for sweep in &condensed.turns {
-        let truth = condensed.truth(sweep, belief)?;
+        let truth = condensed.truth(sweep, assumptions)?;
         let [_, predicted] = truth.specific_force(&estimate.lever_arm_m);
-        let measured = felt(sweep, fit, belief, 2);
+        let measured = felt(sweep, fit, assumptions, 2);
         let per_metre = truth.arm_force.iter().flat_map(|force| force[1]);
         let per_metre = per_metre.map(Complex::norm).fold(0.0, f64::max);
         for axis in 0..3 {
@@ -81,7 +81,7 @@ pub fn second_harmonics(
     Ok(all)
 }
 
-/// What the results say about the lever arm, in plain words; nothing when all is well.
+/// What the results say about the lever arm, in plain words; empty when all is well.
 ///
 /// `stated_m` and `tolerance_m` are those of the sensor file, `found` the estimate with its standard uncertainty.
 #[must_use]

@@ -2,26 +2,28 @@
 //!
 //! ```text
 //! captures ──condense──▶ means of holds, harmonics, jack series
-//!                            │            ▲ repeated with each belief changed by its uncertainty
+//!                            │            ▲ repeated with each assumption changed by its uncertainty
 //!                            ▼            │
-//!             belief ──▶ estimate ──▶ budget ──▶ results
+//!        assumptions ──▶ estimate ──▶ budget ──▶ results
 //! ```
 //!
-//! - [`belief`]: what is taken for granted about base, jacks and site, and how far each of it may be off.
-//! - [`condense`]: a capture reduced to what the estimate needs; nothing that is believed enters here.
+//! - [`assumptions`]: what the files say of base, jacks and site, and how far each number may be off.
+//! - [`condense`]: a capture reduced to what the estimate needs, without any assumption.
 //! - [`onset`]: where in a capture the movement starts.
 //! - [`sines`]: how a sine run is reduced.
 //! - [`campaign`]: all captures condensed, sorted by what they are for.
-//! - [`estimate`]: offsets, matrices and delays from condensed runs under a belief.
-//! - [`noise`]: the sensors' noise from rests.
+//! - [`poses`]: poses from the jacks under assumptions.
+//! - [`estimate`]: offsets, matrices and delays from condensed runs under assumptions.
+//! - [`noise`]: the noise of the sensors, from rests.
 //! - [`settling`]: what is left of transients.
 //! - [`lever_arm`]: the lever arm checked by the second harmonic.
-//! - [`budgets`]: what each doubt does to each result.
+//! - [`budgets`]: how sensitive each result is to each assumption.
 //! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
-//! - [`filter`]: the zero-phase low-pass that held-out movements are compared behind.
-//! - [`held_out`]: calibrated values against the base's own pose on a movement that nothing was fitted to.
+//! - [`filter`]: the zero-phase low-pass filter in front of the comparison on held-out movements.
+//! - [`reference`]: what the sensors should feel on a held-out movement, by the pose.
+//! - [`held_out`]: calibrated values against the pose of the base on a movement that nothing was fitted to.
 
-pub mod belief;
+pub mod assumptions;
 pub mod budgets;
 pub mod campaign;
 pub mod condense;
@@ -31,6 +33,8 @@ pub mod held_out;
 pub mod lever_arm;
 pub mod noise;
 pub mod onset;
+pub mod poses;
+pub mod reference;
 pub mod results;
 pub mod settling;
 pub mod sines;
@@ -45,7 +49,7 @@ use crate::capture::Capture;
 
 /// One recorded run.
 #[derive(Debug, Clone)]
-pub struct Run {
+pub struct RecordedRun {
     /// Name of the run, as in the plan.
     pub name: String,
     /// What the base was told to do.

@@ -1,21 +1,21 @@
 //! Noise of a sensor at low frequencies, from its signal at rest.
 //!
 //! Samples of a sensor with limited bandwidth are not independent, so the variance of a mean over T is not σ²/N but
-//! σ²/N_eff, and the residuals' rms says nothing about N_eff. What is looked for is the density d near zero frequency,
+//! σ²/N_eff, and the residuals' rms says nothing about N_eff. This module looks for the density d near zero frequency,
 //!
 //! ```text
 //! var(mean over T) = d²/2T          N_eff = 2Tσ²/d²
 //! ```
 //!
-//! It is read from means over a *block* of τ, longer than the sensor's memory: the Allan variance (D. W. Allan, Proc.
-//! IEEE 54 (1966) 221), half the mean square of the differences of successive block means, is d²/2τ, and it hardly
-//! sees a creeping zero. Overlapping blocks are taken, which makes the most of a short rest, and several rests are added
-//! up: read from ten seconds alone, the density is uncertain by 8 %, and an interval made of one that came out small is
-//! too narrow by as much.
+//! The density is read from means over a *block* of τ, longer than the sensor's memory: the Allan variance (D. W. Allan,
+//! Proc. IEEE 54 (1966) 221), half the mean square of the differences of successive block means, is d²/2τ, and a
+//! creeping zero hardly changes it. Blocks overlap, which makes the most of a short rest. Several rests are added up:
+//! from ten seconds alone the density is uncertain by 8 %, and an interval from a density that is too small is too
+//! narrow by as much.
 
 /// Length of a block, s: forty times the memory of a sensor of 50 Hz.
 const BLOCK_S: f64 = 0.2;
-/// Blocks begin so much later than each other, as a part of their length.
+/// A block begins one of so many parts of its length after the block before it.
 const STRIDE: usize = 10;
 
 /// What one channel scatters in any number of rests, for the density of its noise.

@@ -1,18 +1,17 @@
 //! The results of a campaign with their uncertainties, and the coefficient set made of them.
 
-use hexsense_core::calibration::budget::{Budget, Cause, Shape};
+use hexsense_core::calibration::budget::{Budget, Cause, Distribution};
 use hexsense_core::channel::{INERTIAL, NAMES, Triad};
 use hexsense_core::records::TriadCoefficients;
 use serde::{Deserialize, Serialize};
 
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::budgets::Budgets;
-use super::campaign::Campaign;
-use super::condense::Sweep;
-use super::estimate::{Condensed, Estimate, complex, pose_harmonics};
+use super::campaign::CondensedCampaign;
+use super::estimate::{Condensed, Estimate};
 use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
 use super::settling::Settling;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
 
@@ -63,26 +62,6 @@ pub struct ChannelResult {
     pub bias_walk: f64,
 }
 
-/// How the base followed one sine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Response {
-    /// Degree of freedom.
-    pub freedom: String,
-    /// Drive frequency by the board's clock, Hz.
-    pub frequency_hz: f64,
-    /// Amplitude of the command, m or rad.
-    pub command: f64,
-    /// Amplitude of the measured pose, m or rad.
-    pub measured: f64,
-    /// Measured over command.
-    pub ratio: f64,
-    /// Phase of the pose against the command, degrees. The start of the command is itself found from the jacks, so a
-    /// pure delay of the base does not show.
-    pub phase_deg: f64,
-    /// Total harmonic distortion of the pose.
-    pub distortion: f64,
-}
-
 /// The results of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
@@ -96,20 +75,18 @@ pub struct Results {
     pub lever_arm_m: [Measured; 3],
     /// The lever arm checked by the second harmonic in the angular sine runs.
     pub second_harmonics: Vec<SecondHarmonic>,
-    /// What does not fit together, with what to do; nothing when all is well.
+    /// What does not fit together and what to do; empty when all is well.
     pub warnings: Vec<String>,
-    /// How the base followed the sines.
-    pub motion: Vec<Response>,
     /// Scans evaluated.
     pub scans: u64,
 }
 
-/// Everything that an analysis brings forth.
+/// Everything that an analysis finds.
 #[derive(Debug, Clone)]
 pub struct Analysis {
     /// Condensed runs.
     pub condensed: Condensed,
-    /// Estimate under the files' belief.
+    /// Estimate under what the files say.
     pub estimate: Estimate,
     /// Results with uncertainties.
     pub results: Results,
@@ -124,21 +101,17 @@ pub struct Analysis {
 pub fn analyse(
     base: &GeometryFile,
     sensors: &SensorFile,
-    runs: &[Run],
+    runs: &[RecordedRun],
 ) -> Result<Analysis, AnalysisError> {
-    let Campaign { condensed, later } = Campaign::new(base, sensors, runs)?;
-    let belief = Belief::new(base, sensors);
-    let estimate = condensed.estimate(&belief)?;
-    let mut budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
-    let settling = Settling::new(&condensed, &estimate, &later, &belief)?;
+    let CondensedCampaign { condensed, later } = CondensedCampaign::new(base, sensors, runs)?;
+    let assumptions = Assumptions::new(base, sensors);
+    let estimate = condensed.estimate(&assumptions)?;
+    let mut budgets = Budgets::new(&condensed, &assumptions, &estimate, base, sensors)?;
+    let settling = Settling::new(&condensed, &estimate, &later, &assumptions)?;
     budgets.add_settling(&settling, &estimate);
     let channels = (0..INERTIAL)
         .map(|channel| channel_result(channel, &condensed, &estimate, &budgets, sensors));
-    let sweeps = std::iter::once(&condensed.heave).chain(&condensed.turns);
-    let motion = sweeps
-        .map(|sweep| response(sweep, condensed.rate_hz, &belief))
-        .collect::<Result<_, _>>()?;
-    let second_harmonics = second_harmonics(&condensed, &estimate, &belief)?;
+    let second_harmonics = second_harmonics(&condensed, &estimate, &assumptions)?;
     let found = core::array::from_fn(|axis| {
         let standard = budgets.lever_arm[axis].combined();
         (estimate.lever_arm_m[axis], standard)
@@ -153,7 +126,7 @@ pub fn analyse(
         gravity_m_s2: {
             let mut budget = Budget::default();
             let standard = sensors.gravity.uncertainty_m_s2;
-            budget.add(Cause::Gravity, Shape::Normal, standard);
+            budget.add(Cause::Gravity, Distribution::Normal, standard);
             measured(sensors.gravity.m_s2, &budget)
         },
         lever_arm_m: core::array::from_fn(|axis| {
@@ -161,7 +134,6 @@ pub fn analyse(
         }),
         second_harmonics,
         warnings,
-        motion,
         scans: runs.iter().map(|run| run.capture.scans.len() as u64).sum(),
     };
     let triads = Triad::ALL.map(|triad| stored(triad, &estimate, &budgets));
@@ -238,24 +210,4 @@ fn stored(triad: Triad, estimate: &Estimate, budgets: &Budgets) -> TriadCoeffici
         }),
         delay_s: fit.delay_s as f32,
     }
-}
-
-/// How the base followed a sine: first harmonic of the driven coordinate against the command.
-fn response(sweep: &Sweep, rate_hz: u32, belief: &Belief) -> Result<Response, AnalysisError> {
-    let fit = &pose_harmonics(sweep, rate_hz, belief)?[sweep.freedom as usize];
-    let first = complex(&fit.first());
-    // The command A·sin(2πf(t − onset)) at the first scan of the estimate, as a complex amplitude.
-    let into_s = sweep.first as f64 / f64::from(rate_hz) - sweep.onset_s;
-    let phase =
-        core::f64::consts::TAU * sweep.sine.frequency_hz * into_s - core::f64::consts::FRAC_PI_2;
-    let lead = first * nalgebra::Complex::cis(-phase);
-    Ok(Response {
-        freedom: sweep.freedom.name().to_owned(),
-        frequency_hz: sweep.omega / core::f64::consts::TAU,
-        command: sweep.sine.amplitude,
-        measured: first.norm(),
-        ratio: first.norm() / sweep.sine.amplitude,
-        phase_deg: lead.arg().to_degrees(),
-        distortion: fit.distortion(),
-    })
 }

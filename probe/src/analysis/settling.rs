@@ -1,33 +1,33 @@
 //! What is left of transients on the holds and in the sines.
 //!
-//! Holds and sines are given time to settle before they are averaged. Whether that was enough shows in the data: all is
-//! estimated again from the *later* part of each, the second half of a hold, a sine run without its first third. A
+//! Holds and sines have time to settle before they are averaged. The data show whether that was enough: everything is
+//! estimated again from the *later* part of each, the second half of a hold, or a sine run without its first third. A
 //! transient that decays faster than half the stretch is all but gone there, so the change of a result is what the
 //! transient did to it (GUM 5.1.3, note 2).
 //!
-//! Noise changes the results too, and is in the budget already. So the change is taken at the *share* of it that noise
-//! does not explain. Let D be what the sensors and the fitted model disagree about, later less whole, for each hold and
-//! each part of each amplitude, and v its variance by noise and wandering, which is the variance of the later less that
-//! of the whole, since the whole is the better estimate of the two:
+//! Noise changes the results too, and is in the budget already. So only the *share* of the change counts that noise does
+//! not explain. For each hold and each part of each amplitude, D is the difference between the sensors and the fitted
+//! model, later less whole, and v is its variance by noise and wandering. That variance is the one of the later less the
+//! one of the whole, since the whole is the better estimate of the two:
 //!
 //! ```text
 //! share = max(0, 1 − (n + 2√2n)/Σ(D²/v))        u(settling) = √share · |change of the result|
 //! ```
 //!
-//! n + 2√2n being what noise alone reaches in one case of forty, so that a campaign without transients is not charged for
-//! its noise once more. A slow motion that sensors and jacks agree about is no error, and does not count.
+//! Noise alone reaches n + 2√2n in one case of forty, so a campaign without transients does not count its noise twice. A
+//! slow motion on which sensors and jacks agree is no error and does not count.
 
-use hexsense_core::calibration::triad::{Hold, Noise, SineRun, TriadFit};
+use hexsense_core::calibration::triad::{MeasuredHold, Noise, SineRun, TriadFit};
 use hexsense_core::calibration::truth::SineTruth;
 use hexsense_core::channel::Triad;
 use nalgebra::Complex;
 
 use super::AnalysisError;
-use super::belief::Belief;
+use super::assumptions::Assumptions;
 use super::condense::Sweep;
 use super::estimate::{Condensed, Estimate};
 
-/// How the results change when more time is given, and how much of that noise does not explain.
+/// How the results change with more time to settle, and how much of the change noise does not explain.
 pub struct Settling {
     /// The estimate from the later parts.
     pub later: Estimate,
@@ -44,22 +44,26 @@ impl Settling {
         whole: &Condensed,
         estimate: &Estimate,
         later: &Condensed,
-        belief: &Belief,
+        assumptions: &Assumptions,
     ) -> Result<Self, AnalysisError> {
         let mut all: [Disagreement; 3] = Default::default();
         let linear = Triad::LinearAcceleration.index();
         let model = |triad: usize| (&estimate.fits[triad], &whole.noise[triad]);
-        for (whole, later) in whole.holds(belief)?.iter().zip(later.holds(belief)?) {
+        for (whole, later) in whole
+            .holds(assumptions)?
+            .iter()
+            .zip(later.holds(assumptions)?)
+        {
             all[linear].add_hold(whole, &later, model(linear));
         }
-        let runs = sine_runs(whole, belief)?.into_iter();
-        for (triad, (whole, later)) in runs.zip(sine_runs(later, belief)?).enumerate() {
+        let runs = sine_runs(whole, assumptions)?.into_iter();
+        for (triad, (whole, later)) in runs.zip(sine_runs(later, assumptions)?).enumerate() {
             for (whole, later) in whole.iter().zip(&later) {
                 all[triad].add_sine(whole, later, model(triad));
             }
         }
         Ok(Self {
-            later: later.estimate(belief)?,
+            later: later.estimate(assumptions)?,
             share: all.map(|disagreement| disagreement.share()),
         })
     }
@@ -68,15 +72,18 @@ impl Settling {
 /// A sine run and the time of its phase zero, s from the start of the capture.
 type Timed = (SineRun, f64);
 
-fn sine_runs(condensed: &Condensed, belief: &Belief) -> Result<[Vec<Timed>; 3], AnalysisError> {
-    let heave = condensed.truth(&condensed.heave, belief)?;
+fn sine_runs(
+    condensed: &Condensed,
+    assumptions: &Assumptions,
+) -> Result<[Vec<Timed>; 3], AnalysisError> {
+    let heave = condensed.truth(&condensed.heave, assumptions)?;
     let turns: Vec<SineTruth> = condensed
         .turns
         .iter()
-        .map(|sweep| condensed.truth(sweep, belief))
+        .map(|sweep| condensed.truth(sweep, assumptions))
         .collect::<Result<_, _>>()?;
     let start_s = |sweep: &Sweep| sweep.first as f64 / f64::from(condensed.rate_hz);
-    let [lifted, angular, rate] = condensed.sine_runs(&heave, &turns, belief);
+    let [lifted, angular, rate] = condensed.sine_runs(&heave, &turns, assumptions);
     let timed = |runs: Vec<SineRun>, sweeps: &[Sweep]| -> Vec<Timed> {
         runs.into_iter().zip(sweeps.iter().map(start_s)).collect()
     };
@@ -98,7 +105,7 @@ struct Disagreement {
 }
 
 impl Disagreement {
-    fn add_hold(&mut self, whole: &Hold, later: &Hold, (fit, noise): Model) {
+    fn add_hold(&mut self, whole: &MeasuredHold, later: &MeasuredHold, (fit, noise): Model) {
         let counts = later.counts - whole.counts;
         let difference = counts - fit.sensitivity * (later.truth - whole.truth);
         for sensor in 0..3 {

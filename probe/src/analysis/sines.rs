@@ -12,7 +12,7 @@ use hexsense_core::kinematics::Geometry;
 
 use super::condense::{Counts, Sweep};
 use super::onset::most_moved;
-use super::{AnalysisError, Run};
+use super::{AnalysisError, RecordedRun};
 
 /// Jack series are averaged down to this rate, Hz: ten times the fifth harmonic of 1 Hz.
 const JACK_RATE_HZ: u32 = 50;
@@ -45,6 +45,7 @@ impl Sweep {
             name: counts.run.name.clone(),
             freedom,
             sine,
+            rate_hz: counts.run.rate_hz,
             omega: per_scan * rate,
             length_s: range.len() as f64 / rate,
             first: range.start,
@@ -81,7 +82,7 @@ impl Sweep {
     }
 }
 
-fn no_sine(run: &Run, sine: &Sine, channel: usize) -> AnalysisError {
+fn no_sine(run: &RecordedRun, sine: &Sine, channel: usize) -> AnalysisError {
     AnalysisError::NoSine {
         run: run.name.clone(),
         channel: NAMES[channel],

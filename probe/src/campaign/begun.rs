@@ -1,7 +1,7 @@
-//! A campaign begun, and gone on with: what was given on the command line must not change until it is finished.
+//! How a campaign begins and resumes: the arguments of the command line must not change until it is finished.
 //!
-//! Everything that a campaign needs is in its folder once it has begun, so that it can be gone on with from the folder
-//! alone. What is given again must be what the folder holds.
+//! Once a campaign has begun, its folder holds everything that it needs, so it resumes from the folder alone. An argument
+//! that is given again must agree with the folder.
 
 use std::path::{Path, PathBuf};
 
@@ -80,7 +80,7 @@ impl Given {
         Ok((campaign, begun))
     }
 
-    /// Refuses what is not as the campaign was begun.
+    /// Refuses arguments that do not agree with the folder.
     fn check(&self, campaign: &Campaign, begun: &Begun) -> Result<(), CampaignError> {
         let contradiction = |given: String, held: String| {
             Err(CampaignError::Contradiction {
@@ -133,7 +133,7 @@ impl Campaign {
         })
     }
 
-    /// Notes how the campaign was begun: from now on it can be gone on with.
+    /// Notes how the campaign was begun: from now on it can resume.
     ///
     /// # Errors
     /// [`FileError`].

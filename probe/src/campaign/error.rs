@@ -39,7 +39,32 @@ pub enum CampaignError {
         /// The command that records it.
         command: &'static str,
     },
-    /// Nothing to go on with.
+    /// The plan has no run of this purpose.
+    #[error("{file} plans no run to {purpose} with; add one with purpose = \"{purpose}\"")]
+    NotPlanned {
+        /// The plan.
+        file: String,
+        /// What the run would be for.
+        purpose: &'static str,
+    },
+    /// A result is missing.
+    #[error("{file} is missing: the campaign is not finished; finish it with `hexsense {command}`")]
+    Unfinished {
+        /// The missing file.
+        file: String,
+        /// The command that writes it.
+        command: String,
+    },
+    /// The captures are not those that the coefficients were found from.
+    #[error(
+        "{folder}/captures holds other scans than those that coefficients.toml was found from; put the captures of that \
+         campaign back, or calibrate again in another folder"
+    )]
+    OtherCaptures {
+        /// The folder.
+        folder: String,
+    },
+    /// There is no campaign to resume.
     #[error(
         "{folder} holds no campaign that was begun; begin it with `hexsense calibrate --geometry … --sensors … \
          --out {folder}`"

@@ -12,19 +12,23 @@
 //! captures/NAME.json  what is known of a run beside its scans
 //! coefficients.toml   the coefficient set, see [`crate::coefficient_file`]
 //! results.json        the results with their uncertainties, see [`crate::analysis`]
+//! characteristics.json
+//!                     what the motion system does, see [`crate::characteristics`]
 //! verification.json   how the held-out movement came out
 //! report.html         all of it for people, see [`crate::report`]
 //! ```
 //!
 //! A run counts as recorded when its `captures/NAME.json` is there, which is written last. A run under way, or one that
-//! broke off, is `captures/NAME.csv.part`. A campaign that broke off goes on with the first run that is not recorded.
+//! broke off, is `captures/NAME.csv.part`. A campaign that broke off resumes at the first run that is not recorded.
 //!
-//! - [`begun`]: a campaign begun, and gone on with.
-//! - [`records`]: what is noted of the board, of each run, and of the results.
+//! - [`begun`]: how a campaign begins and resumes.
+//! - [`records`]: what is noted of the board and of each run.
+//! - [`results`]: what is found.
 
 pub mod begun;
 mod error;
 pub mod records;
+pub mod results;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -35,12 +39,13 @@ use crate::files::{self, FileError};
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits;
 use crate::plan::programs::jack_program;
-use crate::plan::{Plan, Run};
+use crate::plan::{Plan, Purpose, Run};
 use crate::sensor_file::SensorFile;
 
 pub use begun::{Begun, Given};
 pub use error::CampaignError;
 pub use records::{BoardRecord, BoardSums, RunRecord};
+pub use results::{BoardPoses, Verification};
 
 /// A campaign whose plan is checked and whose folder is there.
 #[derive(Debug, Clone)]
@@ -158,6 +163,18 @@ impl Campaign {
             "another sensor file",
             &self.sensors.text,
         )
+    }
+
+    /// The first run of this purpose in the plan.
+    ///
+    /// # Errors
+    /// [`CampaignError::NotPlanned`].
+    pub fn first_run_to(&self, purpose: Purpose) -> Result<&Run, CampaignError> {
+        let mut runs = self.plan.runs_to(purpose);
+        runs.next().ok_or_else(|| CampaignError::NotPlanned {
+            file: self.folder.join("plan.toml").display().to_string(),
+            purpose: purpose.name(),
+        })
     }
 
     /// Where the jack programs of a run are.

@@ -1,4 +1,4 @@
-//! What a campaign notes: the board, each run, and the results.
+//! What a campaign notes of the board and of each run.
 //!
 //! Everything is JSON, written whole or not at all. A run's note is written last, and with it the run is recorded.
 
@@ -13,11 +13,9 @@ use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Drive;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::{Campaign, CampaignError, other};
-use crate::analysis::{self, held_out::ChannelVerdict, results::Results};
-use crate::board_pose::{self, Difference};
+use crate::analysis;
 use crate::capture::Capture;
 use crate::files::{self, FileError};
 use crate::known_board;
@@ -107,47 +105,17 @@ impl Campaign {
         read_json(&self.folder.join("board.json"))
     }
 
-    /// Writes the results of the calibration.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn note_results(&self, results: &Results) -> Result<(), FileError> {
-        write_json(&self.folder.join("results.json"), results)
-    }
-
-    /// Writes how channels and poses of the board came out on the held-out movement.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn note_verification(
-        &self,
-        verdicts: &[ChannelVerdict],
-        poses: &Difference,
-    ) -> Result<(), FileError> {
-        let verification = json!({
-            "channels": verdicts,
-            "board_pose": {
-                "poses": poses.poses,
-                "largest_m": poses.largest_m,
-                "largest_rad": poses.largest_rad,
-                "limit": board_pose::MAX_DIFFERENCE,
-            },
-        });
-        write_json(&self.folder.join("verification.json"), &verification)
-    }
-
-    /// Length of everything that is recorded, s: what passes at least between the first run and the last.
+    /// Length of everything that is recorded to calibrate and to verify, s: what passes at least between the first run
+    /// and the last.
     ///
     /// # Errors
     /// Those of [`Campaign::record`].
     pub fn recorded_s(&self) -> Result<f64, CampaignError> {
         let mut seconds = 0.0;
-        for run in self
-            .plan
-            .runs
-            .iter()
-            .filter(|run| self.is_recorded(&run.name))
-        {
+        for run in &self.plan.runs {
+            if run.purpose == Purpose::Characterise || !self.is_recorded(&run.name) {
+                continue;
+            }
             let record = self.record(&run.name)?;
             seconds += (record.scans + record.scans_lost) as f64 / f64::from(record.rate_hz);
         }
@@ -173,8 +141,8 @@ impl Campaign {
     ///
     /// # Errors
     /// Those of [`Campaign::capture`] and [`Campaign::record`].
-    pub fn recorded(&self, run: &Run) -> Result<analysis::Run, CampaignError> {
-        Ok(analysis::Run {
+    pub fn recorded(&self, run: &Run) -> Result<analysis::RecordedRun, CampaignError> {
+        Ok(analysis::RecordedRun {
             name: run.name.clone(),
             program: run.program(),
             capture: self.capture(&run.name)?,
@@ -208,25 +176,7 @@ impl Campaign {
         write_json(&self.record_path(&record.run), record)
     }
 
-    /// Makes a run count as not recorded.
-    ///
-    /// # Errors
-    /// [`FileError::Write`].
-    pub fn forget(&self, run: &str) -> Result<(), FileError> {
-        let path = self.record_path(run);
-        match fs::remove_file(&path) {
-            Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
-                file: path.display().to_string(),
-                reason,
-            }),
-            _ => {
-                files::sync_folder_of(&path);
-                Ok(())
-            }
-        }
-    }
-
-    fn record_path(&self, run: &str) -> PathBuf {
+    pub(super) fn record_path(&self, run: &str) -> PathBuf {
         self.folder.join("captures").join(format!("{run}.json"))
     }
 
@@ -234,15 +184,25 @@ impl Campaign {
         if self.is_recorded(run) {
             return Ok(());
         }
-        let verify = self
-            .plan
-            .run(run)
-            .is_some_and(|run| run.purpose == Purpose::Verify);
+        let purpose = self.plan.run(run).map(|run| run.purpose);
         Err(CampaignError::NotRecorded {
             folder: self.folder.display().to_string(),
             run: run.to_owned(),
-            command: if verify { "verify" } else { "calibrate" },
+            command: purpose.unwrap_or(Purpose::Calibrate).name(),
         })
+    }
+}
+
+pub(super) fn remove(path: &Path) -> Result<(), FileError> {
+    match fs::remove_file(path) {
+        Err(reason) if reason.kind() != ErrorKind::NotFound => Err(FileError::Write {
+            file: path.display().to_string(),
+            reason,
+        }),
+        _ => {
+            files::sync_folder_of(path);
+            Ok(())
+        }
     }
 }
 

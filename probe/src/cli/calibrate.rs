@@ -3,17 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::records::MotionBase;
 
 use super::arguments::{Controller, Date, Port, Waiting};
 use super::broken_off::{of_sequence, typed};
 use super::progress::Progress;
-use super::{evaluation, report};
-use crate::analysis::belief::Belief;
+use super::report;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
-use crate::evaluation::Evaluation;
+use crate::evaluation::base_and_jacks;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
 use crate::record::board::{board_record, ready};
@@ -23,7 +21,7 @@ use crate::record::sequence::SequenceJob;
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack
+/// writes coefficients.toml, results.json, characteristics.json and report.html into the campaign's folder. On a real base, load the jack
 /// program that hexsense names into the motion controller, and start it when hexsense says so; with --twin the runs start
 /// by themselves. Nothing on the board changes: `hexsense upload` does that.
 ///
@@ -74,9 +72,8 @@ impl Calibrate {
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, begun) = self.campaign()?;
         campaign.check_complete()?;
-        let base = MotionBase::new(&campaign.geometry.geometry);
-        let jacks = Belief::new(&campaign.geometry, &campaign.sensors).jack_coefficients();
         // The board must be able to use them; that is seen before anything moves.
+        let (base, jacks) = base_and_jacks(&campaign);
         base.geometry().and_then(|_| jacks.check())?;
         let coefficients = campaign.folder.join("coefficients.toml");
         if coefficients.exists() {
@@ -88,18 +85,18 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
-        let evaluation = evaluation::of(&campaign)?;
-        let unix_s = begun
-            .date_unix_s
-            .unwrap_or_else(hexsense_client::change::unix_now);
-        let set = evaluation.coefficient_set(&campaign, board, unix_s, (base, jacks))?;
-        let Evaluation { runs, analysis, .. } = evaluation;
-        print!("{}", table(&analysis.results));
-        for warning in &analysis.results.warnings {
+        let evaluation = report::evaluate(&campaign)?;
+        let unix_s = begun.date_unix_s;
+        let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
+        let set = evaluation.coefficient_set(&campaign, board, unix_s)?;
+        let results = &evaluation.analysis.results;
+        print!("{}", table(results));
+        for warning in &results.warnings {
             eprintln!("warning: {warning}");
         }
-        report::write(&campaign, &set, &runs, &analysis, None)?;
-        campaign.note_results(&analysis.results)?;
+        report::write(&campaign, &set, &evaluation, None)?;
+        campaign.note_results(results)?;
+        campaign.note_characteristics(&evaluation.characterisation.characteristics)?;
         coefficient_file::save(&coefficients, &set)?;
         println!("written: {}", coefficients.display());
         let port = &self.port.port;
@@ -113,7 +110,7 @@ impl Calibrate {
         Ok(())
     }
 
-    /// The campaign to begin or to go on with.
+    /// The campaign to begin or to resume.
     fn campaign(&self) -> anyhow::Result<(Campaign, Begun)> {
         let given = Given {
             geometry: self.geometry.clone(),

@@ -9,7 +9,7 @@ use hexsense_core::wire::{Drive, PoseRefusal, Refusal};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
-use crate::report::number::{rounded, significant};
+use crate::figure::number::{rounded, significant};
 use hexsense_client::{Client, LinkError};
 
 /// Coordinates of a motion with their units.

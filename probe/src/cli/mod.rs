@@ -8,7 +8,7 @@ mod arguments;
 mod broken_off;
 mod calibrate;
 mod capture;
-mod evaluation;
+mod characterise;
 mod factory_reset;
 mod harmonics;
 mod history;
@@ -57,6 +57,8 @@ enum Command {
     Upload(upload::Upload),
     Show(show::Show),
     Verify(verify::Verify),
+    Characterise(characterise::Characterise),
+    Report(report::Report),
     History(history::History),
     Rollback(rollback::Rollback),
     FactoryReset(factory_reset::FactoryReset),
@@ -80,6 +82,8 @@ pub fn run() -> ExitCode {
         Command::Upload(command) => command.run(),
         Command::Show(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::Characterise(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::History(command) => command.run(),
         Command::Rollback(command) => command.run(),
         Command::FactoryReset(command) => command.run(),

@@ -14,7 +14,7 @@ use crate::plan::forecast::{Forecast, TILT_ERROR_DEG, forecast};
 use crate::plan::limits::{self, Checked};
 use crate::plan::margins::margins;
 use crate::plan::uses::Use;
-use crate::plan::{Plan as Movements, Purpose, Run, campaign};
+use crate::plan::{Plan as Movements, Run, campaign};
 use crate::sensor_file::SensorFile;
 
 /// Print the movements of a campaign and how much of stroke, speed, acceleration and hinge angles they use; refuse
@@ -93,7 +93,7 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
     let base = &geometry.geometry;
     let mut text = format!(
         "{}: jacks {} to {} m, home at {:.4} m{}{}\n\n\
-         run          for        movement                     time     stroke  speed  accel.  hinges  cond(J)\n",
+         run          for          movement                     time     stroke  speed  accel.  hinges  cond(J)\n",
         geometry.name,
         base.length_min_m(),
         base.length_max_m(),
@@ -107,15 +107,11 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
     );
     for (run, checked) in plan.runs.iter().zip(checked) {
         let uses = &checked.uses;
-        let purpose = match run.purpose {
-            Purpose::Calibrate => "calibrate",
-            Purpose::Verify => "verify",
-        };
         let lines = movements(run);
         text += &format!(
-            "{:<12} {:<10} {:<26} {:>6.1} s  {:>6}  {:>5}  {:>6}  {:>6}  {:>7.2}\n",
+            "{:<12} {:<12} {:<26} {:>6.1} s  {:>6}  {:>5}  {:>6}  {:>6}  {:>7.2}\n",
             run.name,
-            purpose,
+            run.purpose.name(),
             lines[0],
             run.duration_s(),
             percent(&uses.length),
@@ -127,7 +123,7 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
             checked.conditioning.condition,
         );
         for line in &lines[1..] {
-            text += &format!("{:<23} {line}\n", "");
+            text += &format!("{:<25} {line}\n", "");
         }
     }
     text + "\n" + &closest(plan, checked) + &worst_held(plan, checked)

@@ -9,13 +9,13 @@ use hexsense_core::wire::PoseReport;
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
 use super::broken_off::{of_sequence, same_again};
 use super::progress::Progress;
-use super::{evaluation, report};
+use super::report;
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Verification};
 use crate::capture::Capture;
 use crate::coefficient_file;
-use crate::evaluation::{Evaluation, check_sums};
+use crate::evaluation::check_sums;
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
@@ -74,16 +74,7 @@ impl Verify {
                 ))
             },
         )?;
-        let run = campaign
-            .plan
-            .runs_to(Purpose::Verify)
-            .next()
-            .ok_or_else(|| {
-                anyhow::anyhow!(
-                    "{}/plan.toml plans no run to verify with",
-                    campaign.folder.display()
-                )
-            })?;
+        let run = campaign.first_run_to(Purpose::Verify)?;
         let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
@@ -110,7 +101,7 @@ impl Verify {
         let id = check_active(&mut client, ours, campaign)?;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.write()?;
-        campaign.forget(&run.name)?;
+        campaign.forget_verification(&run.name)?;
         let job = SequenceJob {
             campaign,
             runs: &[run],
@@ -184,21 +175,23 @@ fn judge(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
-    let Evaluation { runs, analysis, .. } = evaluation::of(campaign)?;
-    let results = &analysis.results;
+    let evaluation = report::evaluate(campaign)?;
+    let results = &evaluation.analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
     let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);
-    let verdicts = held_out::compare(reference, after, before, results, elapsed_s);
-    print!("{}", table(&verdicts));
+    let verification = Verification {
+        board_pose: poses.into(),
+        channels: held_out::compare(reference, after, before, results, elapsed_s),
+    };
+    print!("{}", table(&verification.channels));
     let verified = Verified {
         run: &recorded,
         curves: &curves,
-        verdicts: &verdicts,
-        poses,
+        verification: &verification,
     };
-    report::write(campaign, set, &runs, &analysis, Some(verified))?;
-    campaign.note_verification(&verdicts, &poses)?;
-    let failures = held_out::failures(&verdicts);
+    report::write(campaign, set, &evaluation, Some(verified))?;
+    campaign.note_verification(&verification)?;
+    let failures = held_out::failures(&verification.channels);
     if !failures.is_empty() {
         anyhow::bail!("{} did not pass; calibrate again", failures.join(", "));
     }

@@ -1,8 +1,8 @@
 //! How well the jacks hold the platform along a movement.
 //!
-//! Where the Jacobian J loses rank the jacks hold the platform no more, and near such a pose small errors of length are
-//! large errors of pose. The condition number says how near. So that it has no unit, metres are counted in radii: with
-//! r the mean distance of the upper hinges from O,
+//! Where the Jacobian J loses rank, the jacks no longer hold the platform, and near such a pose small errors of length
+//! are large errors of pose. The condition number says how near such a pose is. Metres are counted in radii, so that it
+//! has no unit: with r the mean distance of the upper hinges from O,
 //!
 //! ```text
 //! row k of J = [e_k, (c_k × e_k)/r]        cond(J) = σ₁/σ₆
@@ -11,9 +11,9 @@
 //! The rows' first halves are unit vectors, so that σ₁ ≥ 1 and an error δl of the six lengths moves the platform by at
 //! most cond(J)·|δl| (radians times r).
 //!
-//! Nothing hides between samples: no singular value moves by more than ‖ΔJ‖ (Weyl). Let s be how far an upper hinge
-//! moves from one sample to the next, rotation and position counted on their own; what lies between is nearer to one of
-//! them, which leaves a factor of two for a path that is not straight. With l the shortest jack and ρ the largest |b_k|
+//! Between samples no singular value moves by more than ‖ΔJ‖ (Weyl). Let s be how far an upper hinge moves from one
+//! sample to the next, rotation and position counted on their own. A point between them is nearer to one of the two,
+//! which leaves a factor of two for a path that is not straight. With l the shortest jack and ρ the largest |b_k|
 //!
 //! ```text
 //! |Δe| ≤ s/l    |Δ(c × e)|/r ≤ s/r + (ρ/r)·s/l    ‖ΔJ‖ ≤ Δ = √6·√(|Δe|² + |Δ(c × e)|²/r²)
@@ -29,7 +29,7 @@ use super::Run;
 /// Largest condition number of a movement: ten times what a usual base has at home. Jacks that are 0.5 mm off may
 /// then move the platform by 0.5 mm·√6·25 = 31 mm, which is no reference for any sensor.
 pub const MAX_CONDITION: f64 = 25.0;
-/// Time between poses that are looked at, s, and way of a hinge after which the Jacobian is decomposed again, m.
+/// Time between the examined poses, s, and way of a hinge after which the Jacobian is decomposed again, m.
 const STEP_S: f64 = 0.01;
 const STEP_M: f64 = 0.005;
 

@@ -1,22 +1,23 @@
 //! Which runs coefficients can be fitted to.
 //!
 //! The fit takes a rest at home, ramps and holds in pitch and in roll, a heave sine, and sines in roll, yaw and pitch,
-//! one degree of freedom in a run. A run of any other kind would be recorded and then left out, so a plan may have it
-//! to verify with only.
+//! one degree of freedom in a run. A run of any other kind would be recorded and then left out, so a plan may
+//! have it to verify or to characterise only.
 
 use super::{Freedom, Purpose, Run};
 use crate::files::FileError;
 
-/// Refuses a run that calibrates without a use, or whose use an `earlier` run has.
+/// Refuses a run that calibrates without a use, and a run that an `earlier` run makes superfluous.
 pub(super) fn check(file: &str, run: &Run, earlier: &[Run]) -> Result<(), FileError> {
-    if run.purpose == Purpose::Verify {
+    if run.purpose != Purpose::Calibrate {
         return Ok(());
     }
     let key = format!("run {}: purpose", run.name);
     let refused = |value: String, limit: &str| Err(FileError::value(file, key, value, limit));
     let Some(kind) = Kind::of(run) else {
         let limit = "coefficients are fitted to a rest, to ramps in pitch or roll, and to a sine in heave, roll, yaw \
-                     or pitch, one degree of freedom in a run; make its purpose \"verify\", or split it into such runs";
+                     or pitch, one degree of freedom in a run; make its purpose \"verify\" or \"characterise\", or split it \
+                     into such runs";
         return refused("\"calibrate\"".to_owned(), limit);
     };
     let calibrates = |other: &&Run| other.purpose == Purpose::Calibrate;

@@ -1,11 +1,11 @@
 //! What the planned movement can determine, and how well, before anything moves.
 //!
 //! The plan is recorded on an [ideal bench](super::ideal), and the analysis of real captures is run on that: the same
-//! fits, the same doubts about hinges, jacks, converter, clock and lever arm, the data sheet's noise and wandering.
+//! fits, the same perturbations of hinges, jacks, converter, clock and lever arm, the data sheet's noise and wandering.
 //! What comes out is the budget that the campaign will have if base and sensors are as good as their files promise.
 //!
-//! Beside it stands what no file promises: how far a gain moves when the base tilts [`TILT_ERROR_DEG`] further on the
-//! holds than its jacks say. A sensor that sees sin ϑ then errs by δ/tan ϑ, but one that sees 1 − cos ϑ, as ay does
+//! The forecast also says what no file promises: how far a gain moves when the base tilts [`TILT_ERROR_DEG`] further on
+//! the holds than its jacks say. A sensor that sees sin ϑ then errs by δ/tan ϑ, but one that sees 1 − cos ϑ, as ay does
 //! without a heave sine, by δ/tan(ϑ/2), twice as much.
 
 use core::f64::consts::TAU;
@@ -14,15 +14,15 @@ use hexsense_core::calibration::budget::{Budget, Cause};
 use hexsense_core::calibration::triad::Noise;
 use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
 use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
-use hexsense_core::harmonics::{HARMONICS, Harmonic, Harmonics, Uncertainty};
+use hexsense_core::harmonics::Harmonics;
 
 use super::ideal::{Ideal, RATE_HZ};
 use super::needs::{self, sine_of};
 use super::{Plan, Purpose, Run};
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::budgets::Budgets;
-use crate::analysis::condense::{Counts, HoldRun, Rest, Sweep, hold_run, sweep};
+use crate::analysis::condense::{Counts, HoldRun, RestMeans, Sweep, hold_run, sweep};
 use crate::analysis::estimate::{Condensed, Estimate};
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -37,7 +37,7 @@ pub const ILL_DETERMINED: f64 = 0.01;
 pub struct Forecast {
     /// The nine gains in the order of the channels; none when runs are missing without which nothing is computed.
     pub gains: Vec<Gain>,
-    /// What to do about the plan, in plain words; nothing when all is well.
+    /// What to do about the plan, in plain words; empty when all is well.
     pub advice: Vec<String>,
 }
 
@@ -80,10 +80,10 @@ pub fn forecast(
     }
     let ideal = Ideal { base, sensors };
     let condensed = condense(&runs, ideal, 0.0)?;
-    let belief = Belief::new(base, sensors);
-    let estimate = condensed.estimate(&belief)?;
-    let budgets = Budgets::new(&condensed, &belief, &estimate, base, sensors)?;
-    let tilted = condense(&runs, ideal, TILT_ERROR_DEG.to_radians())?.estimate(&belief)?;
+    let assumptions = Assumptions::new(base, sensors);
+    let estimate = condensed.estimate(&assumptions)?;
+    let budgets = Budgets::new(&condensed, &assumptions, &estimate, base, sensors)?;
+    let tilted = condense(&runs, ideal, TILT_ERROR_DEG.to_radians())?.estimate(&assumptions)?;
     let gains: Vec<Gain> = (0..INERTIAL)
         .map(|channel| gain(channel, &estimate, &tilted, &budgets))
         .collect();
@@ -161,34 +161,25 @@ fn tilted_further(program: &Program, error_rad: f64) -> Program {
 }
 
 /// A heave run in which nothing moves: it holds no information, and the estimate then rests on gravity alone.
-fn no_heave(zero: &Rest) -> Sweep {
+fn no_heave(zero: &RestMeans) -> Sweep {
     const HZ: f64 = 0.5;
     const PERIODS: f64 = 3.0;
-    let still = Harmonics {
-        offset: 0.0,
-        drift: 0.0,
-        harmonics: [Harmonic {
-            cosine: 0.0,
-            sine: 0.0,
-        }; HARMONICS],
-        residual_rms: 0.0,
-        uncertainty: Uncertainty::default(),
-    };
     let group = 4;
     let jacks: [f64; JACKS] = core::array::from_fn(|jack| zero.counts[INERTIAL + jack]);
     Sweep {
         name: "heave".to_owned(),
         freedom: DegreeOfFreedom::Heave,
-        // Without a frequency the sensors' bandwidth leaves nothing in doubt.
+        // Without a frequency the sensors' bandwidth adds no uncertainty.
         sine: Sine {
             frequency_hz: 0.0,
             ..Sine::of_periods(0.0, HZ, 2, 3)
         },
+        rate_hz: RATE_HZ,
         omega: TAU * HZ,
         length_s: PERIODS / HZ,
         first: 0,
         onset_s: 0.0,
-        sensors: core::array::from_fn(|_| still.clone()),
+        sensors: [const { Harmonics::NONE }; INERTIAL],
         jacks: vec![jacks; (PERIODS / HZ * f64::from(RATE_HZ)) as usize / group],
         group,
     }

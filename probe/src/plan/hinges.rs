@@ -8,7 +8,7 @@
 //! lower: cos β = e_k·e°_k          upper: cos β = (Aᵀ·e_k)·e°_k
 //! ```
 //!
-//! Between two samples an angle changes by no more than its direction turns. What lies between is nearer to one of the
+//! Between two samples an angle changes by no more than its direction turns. A point between them is nearer to one of the
 //! two, which leaves a factor of two for a path that is not straight: the largest turn from one sample to the next is
 //! added before an angle is compared with its limit.
 

@@ -6,10 +6,10 @@
 use hexsense_core::calibration::truth::Site;
 use hexsense_core::channel::{CHANNELS, INERTIAL, Scan, Triad};
 use hexsense_core::excitation::Program;
-use hexsense_core::kinematics::{Geometry, Pose, displacements};
+use hexsense_core::kinematics::{Pose, displacements};
 use nalgebra::Vector3;
 
-use crate::analysis::Run;
+use crate::analysis::RecordedRun;
 use crate::capture::Capture;
 use crate::geometry_file::GeometryFile;
 use crate::sensor_file::SensorFile;
@@ -39,7 +39,7 @@ impl Ideal<'_> {
         felt: &Program,
         rest_s: Option<f64>,
         first: u64,
-    ) -> Run {
+    ) -> RecordedRun {
         let period_s = 1.0 / f64::from(RATE_HZ);
         let lead_s = if rest_s.is_some() { 0.0 } else { REST_S };
         let length_s = rest_s.unwrap_or_else(|| program.duration_s() + 2.0 * REST_S);
@@ -51,7 +51,7 @@ impl Ideal<'_> {
             let time_s = f64::from(scan) * period_s - lead_s;
             self.scan(&program.pose(geometry, time_s), around, period_s)
         });
-        Run {
+        RecordedRun {
             name: name.to_owned(),
             capture: Capture {
                 scans: (first..).take(scans).collect(),
@@ -67,12 +67,9 @@ impl Ideal<'_> {
 
     /// Counts of all channels: jacks at `pose`, sensors at the middle one of the three poses `around`.
     fn scan(&self, pose: &Pose<f64>, around: &[Pose<f64>], period_s: f64) -> Scan {
-        let site = Site {
-            lever_arm_m: Vector3::from(self.sensors.lever_arm_m),
-            gravity_m_s2: self.sensors.gravity.m_s2,
-        };
-        let felt = felt(around, period_s, &site);
+        let felt = felt(around, period_s, &self.sensors.site());
         let geometry = &self.base.geometry;
+        let transducers = self.sensors.transducers(geometry);
         let jacks = displacements(geometry, pose);
         let counts: [f64; CHANNELS] = core::array::from_fn(|channel| {
             if channel < INERTIAL {
@@ -81,20 +78,11 @@ impl Ideal<'_> {
                 let (per_unit, zero) = sheet.nominal_counts(self.sensors.counts_per_volt());
                 zero + per_unit * felt[triad.index()][axis]
             } else {
-                self.jack_counts(jacks[channel - INERTIAL], geometry)
+                let jack = channel - INERTIAL;
+                transducers.counts(jack, jacks[jack])
             }
         });
         counts.map(|count| count.round() as _)
-    }
-
-    /// The inverse of [`SensorFile::jack_displacement_m`].
-    fn jack_counts(&self, displacement_m: f64, geometry: &Geometry<f64>) -> f64 {
-        let (jacks, stroke_m) = (
-            &self.sensors.jacks,
-            geometry.length_max_m() - geometry.length_min_m(),
-        );
-        (jacks.zero_volts + displacement_m / stroke_m * jacks.full_stroke_volts)
-            * self.sensors.counts_per_volt()
     }
 }
 

@@ -6,13 +6,13 @@
 //! stands on its own: any browser shows it.
 
 use super::hinges::{Joint, Swings, swings};
-use super::uses::{JACKS, Quantity, Room, Row, rows};
+use super::uses::{JACKS, JackRow, Quantity, Room, rows};
 use super::{Plan, Run};
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Anchor, Drawing, Panel, Sample};
+use crate::figure::scale::Scale;
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits::step_s;
-use crate::report::curve::Point;
-use crate::report::drawing::{Anchor, Drawing, Panel, Sample};
-use crate::report::scale::Scale;
 
 const STYLE: &str = include_str!("margins.css");
 /// Classes and labels of the jacks.
@@ -80,20 +80,8 @@ fn draw_run(drawing: &mut Drawing, top: f64, run: &Run, period_s: f64, geometry:
     let room = Room::of(geometry);
     let curves = curves(run, period_s, geometry);
     for (quantity, column) in Quantity::ALL.into_iter().zip(0..) {
-        let panel = Panel {
-            left: LEFT + COLUMN * f64::from(column),
-            top,
-            width: WIDTH,
-            height: HEIGHT,
-            x: &time,
-            y: &fraction,
-        };
-        drawing.panel(&panel, true, column == 0);
-        drawing.name(&panel, &format!("{}: {quantity}", run.name));
-        drawing.x_title(&panel, "time, s");
-        if column == 0 {
-            drawing.y_title(&panel, 38.0, "fraction of limit");
-        }
+        let name = format!("{}: {quantity}", run.name);
+        let panel = panel(drawing, (column, top), (&time, &fraction), &name);
         if room.limit(quantity, 0, 0.0).is_infinite() {
             let (x, y) = (panel.left + WIDTH / 2.0, top + HEIGHT / 2.0 - 8.0);
             let none = "no limit in the geometry file";
@@ -107,6 +95,30 @@ fn draw_run(drawing: &mut Drawing, top: f64, run: &Run, period_s: f64, geometry:
             drawing.line(&panel, class, points);
         }
     }
+}
+
+/// Draws an empty panel in a column, with the scales to the right and upwards.
+fn panel<'a>(
+    drawing: &mut Drawing,
+    (column, top): (u8, f64),
+    (x, y): (&'a Scale, &'a Scale),
+    name: &str,
+) -> Panel<'a> {
+    let panel = Panel {
+        left: LEFT + COLUMN * f64::from(column),
+        top,
+        width: WIDTH,
+        height: HEIGHT,
+        x,
+        y,
+    };
+    drawing.panel(&panel, true, column == 0);
+    drawing.name(&panel, name);
+    drawing.x_title(&panel, "time, s");
+    if column == 0 {
+        drawing.y_title(&panel, 38.0, "fraction of limit");
+    }
+    panel
 }
 
 /// Angles of the hinges as fractions of their limits, a panel for each end of the jacks that has one.
@@ -127,20 +139,8 @@ fn draw_hinges(
     let swings: Vec<Swings> = swings(run, &geometry.geometry, step_s(run, period_s)).collect();
     let group = (swings.len() / POINTS).max(1);
     for (&(joint, limit_deg), column) in joints.iter().zip(0_u8..) {
-        let panel = Panel {
-            left: LEFT + COLUMN * f64::from(column),
-            top,
-            width: WIDTH,
-            height: HEIGHT,
-            x: &time,
-            y: &fraction,
-        };
-        drawing.panel(&panel, true, column == 0);
-        drawing.name(&panel, &format!("{}: angle of the {joint}s", run.name));
-        drawing.x_title(&panel, "time, s");
-        if column == 0 {
-            drawing.y_title(&panel, 38.0, "fraction of limit");
-        }
+        let name = format!("{}: angle of the {joint}s", run.name);
+        let panel = panel(drawing, (column, top), (&time, &fraction), &name);
         drawing.level(&panel, "limit", 1.0);
         for (jack, (class, _)) in LINES.into_iter().enumerate() {
             let widest = |group: &[Swings]| {
@@ -163,7 +163,7 @@ fn curves(run: &Run, period_s: f64, geometry: &GeometryFile) -> [[Vec<Point>; JA
     let step_s = step_s(run, period_s);
     let group = ((run.duration_s() / step_s) as usize / POINTS).max(1);
     let mut curves: [[Vec<Point>; JACKS]; 3] = Default::default();
-    let mut add = |rows: &[Row]| {
+    let mut add = |rows: &[JackRow]| {
         for (quantity, curves) in Quantity::ALL.into_iter().zip(&mut curves) {
             for (jack, curve) in curves.iter_mut().enumerate() {
                 let uses = rows.iter().map(|row| {

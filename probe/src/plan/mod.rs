@@ -79,6 +79,20 @@ pub enum Purpose {
     Calibrate,
     /// Coefficients are judged by it; nothing is fitted to it.
     Verify,
+    /// The motion system is measured by it, see [`crate::characteristics`]; nothing is fitted to it.
+    Characterise,
+}
+
+impl Purpose {
+    /// As a plan writes it, which is also the command that records such a run.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Calibrate => "calibrate",
+            Self::Verify => "verify",
+            Self::Characterise => "characterise",
+        }
+    }
 }
 
 /// One movement from home and back, or a rest at home.

@@ -1,4 +1,4 @@
-//! Which runs a plan must have, so that nothing is driven in vain.
+//! Which runs a plan must have, checked before anything moves.
 
 use hexsense_core::excitation::{DegreeOfFreedom, Signal};
 

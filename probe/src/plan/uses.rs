@@ -31,7 +31,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All, in the order of [`Row::values`].
+    /// All, in the order of [`JackRow::values`].
     pub const ALL: [Self; 3] = [Self::Length, Self::Speed, Self::Acceleration];
 
     /// Unit of values and limits.
@@ -121,7 +121,7 @@ impl Uses {
 
 /// All jacks at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct JackRow {
     /// Time from the start of the program, s.
     pub time_s: f64,
     /// Lengths (m), speeds (m/s) and accelerations (m/s²) of the jacks.
@@ -133,7 +133,7 @@ pub fn rows<'a>(
     run: &Run,
     geometry: &'a GeometryFile,
     step_s: f64,
-) -> impl Iterator<Item = Row> + use<'a> {
+) -> impl Iterator<Item = JackRow> + use<'a> {
     let program = run.program();
     let last = (program.duration_s() / step_s).ceil() as usize;
     let base = &geometry.geometry;
@@ -148,7 +148,7 @@ pub fn rows<'a>(
         });
         let values = [now, speeds, accelerations];
         (before, now) = (now, after);
-        Row {
+        JackRow {
             time_s: row as f64 * step_s,
             values,
         }

@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::transducers::Transducers;
 use hexsense_core::wire::telemetry::Block;
 
 use crate::geometry_file::GeometryFile;
@@ -22,8 +23,7 @@ pub type Displacements = [f64; JACKS];
 /// The running mean of the six jacks.
 #[derive(Debug, Clone)]
 pub struct JackMeans {
-    sensors: SensorFile,
-    stroke_m: f64,
+    transducers: Transducers<f64>,
     step: Displacements,
     scans: usize,
     window: VecDeque<Displacements>,
@@ -33,10 +33,8 @@ impl JackMeans {
     /// Nothing seen yet.
     #[must_use]
     pub fn new(geometry: &GeometryFile, sensors: &SensorFile) -> Self {
-        let base = &geometry.geometry;
         Self {
-            sensors: sensors.clone(),
-            stroke_m: base.length_max_m() - base.length_min_m(),
+            transducers: sensors.transducers(&geometry.geometry),
             step: [0.0; JACKS],
             scans: 0,
             window: VecDeque::with_capacity(WINDOW),
@@ -58,8 +56,11 @@ impl JackMeans {
             return None;
         }
         let scans = std::mem::take(&mut self.scans) as f64;
-        let means = std::mem::take(&mut self.step)
-            .map(|sum| self.sensors.jack_displacement_m(sum / scans, self.stroke_m));
+        let sums = std::mem::take(&mut self.step);
+        let means = std::array::from_fn(|jack| {
+            let counts = sums[jack] / scans;
+            self.transducers.displacement_m(jack, counts)
+        });
         if self.window.len() == WINDOW {
             self.window.pop_front();
         }

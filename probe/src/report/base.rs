@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::curve::Point;
-use super::drawing::{Anchor, Drawing, WIDTH};
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Anchor, Drawing, WIDTH};
 use crate::geometry_file::GeometryFile;
 
 /// Room of one view, pixels.

@@ -20,8 +20,8 @@ use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::harmonics::{Harmonics, Series, solve_channel};
 
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
-use crate::analysis::estimate::Poses;
+use crate::analysis::assumptions::Assumptions;
+use crate::analysis::poses::RunPoses;
 use crate::campaign::BoardSums;
 use crate::report::signals::value;
 
@@ -55,10 +55,10 @@ pub fn gains(
     sums: &BoardSums,
     rate_hz: u32,
     supply: f64,
-    belief: &Belief,
+    assumptions: &Assumptions,
 ) -> Result<Option<[BoardGain; INERTIAL]>, AnalysisError> {
     let harmonics = |channel: usize| {
-        let late_scans = belief.board.instant_s(channel) * f64::from(rate_hz);
+        let late_scans = assumptions.board.instant_s(channel) * f64::from(rate_hz);
         solve_channel(&sums.drive, late_scans, &sums.channels[channel])
     };
     let all: Option<Vec<Harmonics>> = (0..INERTIAL + JACKS).map(harmonics).collect();
@@ -66,7 +66,7 @@ pub fn gains(
         return Ok(None);
     };
     let (sensors, jacks) = all.split_at(INERTIAL);
-    let mut poses = Poses::new(belief, run)?;
+    let mut poses = RunPoses::new(assumptions, run)?;
     let mut path = Vec::with_capacity(POINTS);
     for point in 0..POINTS {
         let theta = TAU * point as f64 / POINTS as f64;
@@ -77,9 +77,9 @@ pub fn gains(
         return Ok(None);
     };
     let omega = TAU * sums.drive.frequency_hz(rate_hz);
-    let truth = sine_truth(&fits, omega, belief.site.gravity_m_s2);
+    let truth = sine_truth(&fits, omega, assumptions.site.gravity_m_s2);
     let felt = [
-        truth.specific_force(&belief.site.lever_arm_m)[0],
+        truth.specific_force(&assumptions.site.lever_arm_m)[0],
         truth.angular_acceleration,
         truth.angular_rate,
     ];

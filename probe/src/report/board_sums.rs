@@ -9,21 +9,22 @@ use hexsense_core::harmonics::solve;
 
 use super::ReportInput;
 use super::board_gain::{BoardGain, gains};
-use super::number::{align, fixed, rounded, significant};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use super::signals::driven;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::BoardSums;
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed, rounded, significant};
 use crate::replay::{ReplayError, replay};
 
-/// The section; none when no run has sums of the board.
+/// The section; it is left out when no run has sums of the board.
 ///
 /// # Errors
 /// [`AnalysisError`] when the jacks give no pose.
 pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError> {
-    let recorded: Vec<(&Run, &BoardSums)> = recorded(input).collect();
+    let recorded: Vec<(&RecordedRun, &BoardSums)> = recorded(input).collect();
     if recorded.is_empty() {
         return Ok(());
     }
@@ -32,12 +33,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         "The board sums every channel at the programmed drive frequency while it samples. Its amplitudes stand beside \
          those that the host fits to the recorded scans, at the frequency that it finds and over a window of its own.",
     );
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
     let mut rows = Vec::new();
     for sweep in input.sweeps() {
         let of_sweep = recorded.iter().filter(|(run, _)| run.name == sweep.name);
         for (run, sums) in of_sweep {
-            rows.extend(compare(sweep, sums, run, &belief)?);
+            rows.extend(compare(sweep, sums, run, &assumptions)?);
         }
     }
     amplitudes(page, &rows);
@@ -47,7 +48,7 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
 }
 
 /// Runs with each of their sums.
-fn recorded<'a>(input: &'a ReportInput) -> impl Iterator<Item = (&'a Run, &'a BoardSums)> {
+fn recorded<'a>(input: &'a ReportInput) -> impl Iterator<Item = (&'a RecordedRun, &'a BoardSums)> {
     let verified = input.verified.map(|verified| verified.run);
     let runs = input.runs.iter().chain(verified);
     runs.flat_map(|run| {
@@ -69,11 +70,11 @@ struct Comparison<'a> {
 fn compare<'a>(
     sweep: &'a Sweep,
     sums: &BoardSums,
-    run: &Run,
-    belief: &Belief,
+    run: &RecordedRun,
+    assumptions: &Assumptions,
 ) -> Result<Vec<Comparison<'a>>, AnalysisError> {
     let supply = mean_supply(run, sums);
-    let Some(gains) = gains(&run.name, sums, run.rate_hz, supply, belief)? else {
+    let Some(gains) = gains(&run.name, sums, run.rate_hz, supply, assumptions)? else {
         return Ok(Vec::new());
     };
     let channels = driven(sweep)
@@ -97,7 +98,7 @@ fn compare<'a>(
 }
 
 /// Mean supply factor over the board's window, or over the whole run where the capture does not hold it.
-fn mean_supply(run: &Run, sums: &BoardSums) -> f64 {
+fn mean_supply(run: &RecordedRun, sums: &BoardSums) -> f64 {
     let supply = &run.capture.supply;
     let scans = sums.drive.blocks as usize * sums.drive.block.scans();
     let window = run.capture.window(sums.first_scan, scans);
@@ -173,7 +174,7 @@ fn factors(page: &mut Page, input: &ReportInput, rows: &[Comparison]) {
 }
 
 /// What was summed, and what summing the capture again gave.
-fn replays(page: &mut Page, recorded: &[(&Run, &BoardSums)]) {
+fn replays(page: &mut Page, recorded: &[(&RecordedRun, &BoardSums)]) {
     let cells = recorded.iter().map(|(run, sums)| {
         let drive = &sums.drive;
         let (class, outcome) = match replay(sums, &run.capture) {

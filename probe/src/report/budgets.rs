@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use super::ReportInput;
-use super::number::fixed;
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use crate::analysis::results::{ChannelResult, Term};
+use crate::figure::markup::text;
+use crate::figure::number::fixed;
 
 /// The section: two small tables for each channel.
 pub fn section(page: &mut Page, input: &ReportInput) {

@@ -3,9 +3,10 @@
 use hexsense_core::channel::Triad;
 
 use super::ReportInput;
-use super::number::{align, common_exponent, power_of_ten, rounded, significant};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use crate::analysis::results::{ChannelResult, Measured};
+use crate::figure::markup::text;
+use crate::figure::number::{align, common_exponent, power_of_ten, rounded, significant};
 
 /// Name of a triad as people write it.
 #[must_use]

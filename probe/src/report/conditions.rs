@@ -2,13 +2,14 @@
 
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
-use super::number::{fixed, rounded, significant};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use super::{ReportInput, base, code, held_out};
 use crate::analysis::AnalysisError;
 use crate::date::utc;
+use crate::figure::markup::text;
+use crate::figure::number::{fixed, rounded, significant};
 use crate::files;
-use crate::plan::{Freedom, MultisineEntry, Purpose, RampsEntry, Run, Shape, SineEntry};
+use crate::plan::{Freedom, MultisineEntry, RampsEntry, Run, Shape, SineEntry};
 use crate::sensor_file::SensorFile;
 
 /// Title, what was calibrated, and the verdict.
@@ -174,13 +175,9 @@ fn runs(page: &mut Page, input: &ReportInput) {
                 code(record.program_sha256.get(..16).unwrap_or_default()),
             ]
         });
-        let purpose = match run.purpose {
-            Purpose::Calibrate => "calibrate",
-            Purpose::Verify => "verify",
-        };
         body += &row([
             ("name", text(&run.name).to_string()),
-            ("", purpose.to_owned()),
+            ("", run.purpose.name().to_owned()),
             ("", movement(run)),
             ("n", fixed(run.duration_s(), 1)),
             ("n", scans),

@@ -2,12 +2,7 @@
 
 use hexsense_core::channel::{NAMES, Triad};
 
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::{align, rounded, significant};
-use super::page::{Page, row, text};
-use super::pair::{self, Curve, Pair};
-use super::scale::Scale;
+use super::page::{Page, row};
 use super::{ReportInput, Verified, channels};
 use crate::analysis::AnalysisError;
 use crate::analysis::condense::Counts;
@@ -15,7 +10,13 @@ use crate::analysis::filter::zero_phase_low_pass;
 use crate::analysis::held_out::{
     CORNER_HZ, ChannelVerdict, MEAN_COVERAGE, RATE_HZ, Signals, failures,
 };
-use crate::board_pose::{Difference, MAX_DIFFERENCE};
+use crate::campaign::BoardPoses;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::{align, rounded, significant};
+use crate::figure::pair::{self, Curve, Pair};
+use crate::figure::scale::Scale;
 
 /// Values behind the low-pass are drawn at this rate, Hz: ten times its corner.
 const DRAWN_HZ: f64 = 20.0;
@@ -47,7 +48,7 @@ pub fn verdict(input: &ReportInput) -> (&'static str, String) {
                     movement and completes this report.</p>";
         return ("", format!("{open}{found}"));
     };
-    let failed = failures(verified.verdicts);
+    let failed = failures(&verified.verification.channels);
     if failed.is_empty() {
         let passed = "<p><b>Passes.</b> All nine channels pass on the held-out movement, which no coefficient was \
                       fitted to.</p>";
@@ -60,7 +61,7 @@ pub fn verdict(input: &ReportInput) -> (&'static str, String) {
     ("fails", format!("{failed}{found}"))
 }
 
-/// The section; none before the movement is recorded.
+/// The section; it is left out before the movement is recorded.
 ///
 /// # Errors
 /// [`AnalysisError`] when the run has gaps or its movement is not found.
@@ -70,15 +71,15 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
     };
     page.section("Verification on the held-out movement");
     page.paragraph(&format!(
-        "Run {} moves all six degrees of freedom at once and was fitted to by nothing. The reference is the base's own \
-         pose by the jacks, differentiated to what the sensors feel at the place that they were found at. Values and reference pass the same \
-         zero-phase {CORNER_HZ} Hz low-pass, each triad's delay is taken out. Before: by sensitivity and offset of the \
+        "Run {} moves all six degrees of freedom at once, and no coefficient is fitted to it. The reference is the base's \
+         own pose by the jacks, differentiated to what the sensors feel at the place that was found for them. Values and \
+         reference pass the same zero-phase {CORNER_HZ} Hz low-pass, and the delay of each triad is taken out. Before: by sensitivity and offset of the \
          data sheet. After: by the coefficients stored on the board, as the board computed them. A channel passes when \
          the rms error about its mean is at most 3 % of the signal's rms, and the mean error is within its \
          uncertainty.",
         text(&verified.run.name)
     ));
-    table(page, verified.verdicts);
+    table(page, &verified.verification.channels);
     let onset_s = Counts::new(verified.run)?.onset_s(&input.campaign.geometry.geometry)?;
     for triad in Triad::ALL {
         let caption = format!(
@@ -88,12 +89,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         );
         page.figure(&caption, &figure(&verified, triad, onset_s));
     }
-    poses(page, &verified.poses);
+    poses(page, &verified.verification.board_pose);
     Ok(())
 }
 
 /// What the board's single precision cost its own poses.
-fn poses(page: &mut Page, poses: &Difference) {
+fn poses(page: &mut Page, poses: &BoardPoses) {
     let micro = |value: f64| significant(1e6 * value, 2);
     page.paragraph(&format!(
         "During the run the board also found the pose of the base from its own jack channels, {} times, in single \
@@ -102,7 +103,7 @@ fn poses(page: &mut Page, poses: &Difference) {
         poses.poses,
         micro(poses.largest_m),
         micro(poses.largest_rad),
-        limit = significant(1e6 * MAX_DIFFERENCE, 1),
+        limit = significant(1e6 * poses.limit, 1),
     ));
 }
 

@@ -1,16 +1,17 @@
 //! The accelerometers on the holds: mean counts against the specific force that the pose says, with the fit.
 
-use hexsense_core::calibration::triad::Hold;
+use hexsense_core::calibration::triad::MeasuredHold;
 use hexsense_core::channel::{NAMES, Triad};
 
 use super::ReportInput;
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::fixed;
-use super::page::{Page, text};
-use super::scale::Scale;
+use super::page::Page;
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::fixed;
+use crate::figure::scale::Scale;
 
 const LEFT: f64 = 66.0;
 const GAP: f64 = 62.0;
@@ -31,8 +32,8 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          gravity on a tilted base; most of what is known of its sensitivity comes from the heave sine.",
     );
     let condensed = &input.analysis.condensed;
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
-    let holds = condensed.holds(&belief)?;
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
+    let holds = condensed.holds(&assumptions)?;
     let names: Vec<&str> = condensed
         .hold_runs
         .iter()
@@ -66,7 +67,7 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(input: &ReportInput, holds: &[Hold], axis: usize) -> Self {
+    fn new(input: &ReportInput, holds: &[MeasuredHold], axis: usize) -> Self {
         let triad = Triad::LinearAcceleration.index();
         let fit = &input.analysis.estimate.fits[triad];
         let offset = &input.analysis.estimate.offsets[triad];

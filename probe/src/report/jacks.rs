@@ -7,14 +7,15 @@ use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::kinematics::displacements;
 
 use super::ReportInput;
-use super::curve::{Point, Stretch, envelope, group_of, means};
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::fixed;
-use super::page::{Page, text};
-use super::pair::{Curve, Pair};
-use super::scale::Scale;
+use super::page::Page;
 use crate::analysis::condense::Counts;
-use crate::analysis::{AnalysisError, Run};
+use crate::analysis::{AnalysisError, RecordedRun};
+use crate::figure::curve::{Point, Stretch, envelope, group_of, means};
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::fixed;
+use crate::figure::pair::{Curve, Pair};
+use crate::figure::scale::Scale;
 
 /// Shown before the onset and after the end of a movement, s.
 const AROUND_S: f64 = 0.5;
@@ -78,9 +79,13 @@ fn root_mean_square(points: &[Point]) -> f64 {
     (squares / points.len().max(1) as f64).sqrt()
 }
 
-fn tracks(input: &ReportInput, run: &Run, onset_s: f64) -> Result<[Track; JACKS], AnalysisError> {
-    let (base, sensors) = (&input.campaign.geometry.geometry, &input.campaign.sensors);
-    let stroke_m = base.length_max_m() - base.length_min_m();
+fn tracks(
+    input: &ReportInput,
+    run: &RecordedRun,
+    onset_s: f64,
+) -> Result<[Track; JACKS], AnalysisError> {
+    let base = &input.campaign.geometry.geometry;
+    let transducers = input.campaign.sensors.transducers(base);
     let counts = Counts::new(run)?;
     let rate = f64::from(run.rate_hz);
     let scan = |time_s: f64| ((onset_s + time_s) * rate).max(0.0) as usize;
@@ -94,7 +99,7 @@ fn tracks(input: &ReportInput, run: &Run, onset_s: f64) -> Result<[Track; JACKS]
     let group = group_of(range.len(), POINTS, rate);
     Ok(std::array::from_fn(|jack| {
         let registered = counts.channel(INERTIAL + jack);
-        let mm = |scan: usize| 1e3 * sensors.jack_displacement_m(registered[scan], stroke_m);
+        let mm = |scan: usize| 1e3 * transducers.displacement_m(jack, registered[scan]);
         let points = |y: &dyn Fn(usize) -> f64| -> Vec<Point> {
             range.clone().map(|scan| (time_s(scan), y(scan))).collect()
         };

@@ -1,9 +1,10 @@
 //! The place of the sensor block, checked by the second harmonic in the angular sine runs.
 
 use super::ReportInput;
-use super::number::{align, fixed, rounded};
-use super::page::{Page, row, text};
+use super::page::{Page, row};
 use crate::analysis::lever_arm::{MAX_OFFSET_M, SecondHarmonic};
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed, rounded};
 
 /// The section: the place, warnings, and a table of the check.
 pub fn section(page: &mut Page, input: &ReportInput) {
@@ -19,7 +20,7 @@ pub fn section(page: &mut Page, input: &ReportInput) {
     }
     page.paragraph(&format!(
         "The second harmonic, the centripetal acceleration, was not used for that; here it is compared with what pose, \
-         gravity and that place predict. A difference is let pass up to four standard uncertainties of the noise, or \
+         gravity and that place predict. A difference passes up to four standard uncertainties of the noise, or \
          up to what {} mm would make.",
         fixed(1e3 * MAX_OFFSET_M, 0)
     ));

@@ -1,7 +1,7 @@
-//! The report of a campaign: what a laboratory shows to whoever must trust its coefficients.
+//! The report of a campaign: what a laboratory shows to those who must trust its coefficients.
 //!
-//! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it, `hexsense
-//! verify` writes it again with the held-out movement.
+//! One HTML file that loads nothing: text, tables, figures as inline SVG. `hexsense calibrate` writes it,
+//! `hexsense verify` writes it again with the held-out movement, and `hexsense report` renders it from the folder alone.
 //!
 //! | section | file |
 //! |---|---|
@@ -16,7 +16,7 @@
 //! | the board's own harmonics beside the host's | [`board_sums`], [`board_gain`] |
 //! | the motion system: command to pose | [`motion`] |
 //!
-//! Below them: [`page`] makes the file, [`drawing`], [`pair`], [`scale`] and [`curve`] the figures, [`number`] the digits.
+//! Below them: [`page`] makes the file, [`crate::figure`] the figures and the digits.
 
 pub mod base;
 pub mod board_gain;
@@ -24,28 +24,24 @@ pub mod board_sums;
 pub mod budgets;
 pub mod channels;
 pub mod conditions;
-pub mod curve;
-pub mod drawing;
 pub mod held_out;
 pub mod holds;
 pub mod jacks;
 pub mod lever_arm;
 pub mod motion;
-pub mod number;
 pub mod page;
-pub mod pair;
-pub mod scale;
 pub mod signals;
 
 use hexsense_core::records::CoefficientSet;
 
 use crate::analysis::condense::Sweep;
-use crate::analysis::held_out::{ChannelVerdict, HeldOut};
+use crate::analysis::held_out::HeldOut;
 use crate::analysis::results::Analysis;
-use crate::analysis::{AnalysisError, Run};
-use crate::board_pose::Difference;
-use crate::campaign::{BoardRecord, Campaign, RunRecord};
-use page::{Page, text};
+use crate::analysis::{AnalysisError, RecordedRun};
+use crate::campaign::{BoardRecord, Campaign, RunRecord, Verification};
+use crate::characteristics::Characterisation;
+use crate::figure::markup::text;
+use page::Page;
 
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
@@ -57,11 +53,13 @@ pub struct ReportInput<'a> {
     /// The coefficient set that came out.
     pub set: &'a CoefficientSet,
     /// The runs that were analysed.
-    pub runs: &'a [Run],
+    pub runs: &'a [RecordedRun],
     /// What is known of all recorded runs beside their scans.
     pub records: &'a [RunRecord],
-    /// What the analysis of `runs` brought forth.
+    /// The analysis of `runs`.
     pub analysis: &'a Analysis,
+    /// What the motion system does.
+    pub characterisation: &'a Characterisation,
     /// The held-out movement, once it is recorded.
     pub verified: Option<Verified<'a>>,
 }
@@ -70,13 +68,11 @@ pub struct ReportInput<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Verified<'a> {
     /// The run.
-    pub run: &'a Run,
+    pub run: &'a RecordedRun,
     /// Its values and their reference.
     pub curves: &'a HeldOut,
-    /// One verdict for each channel.
-    pub verdicts: &'a [ChannelVerdict],
-    /// The board's own poses against double precision.
-    pub poses: Difference,
+    /// How channels and poses of the board came out.
+    pub verification: &'a Verification,
 }
 
 impl ReportInput<'_> {
@@ -87,7 +83,7 @@ impl ReportInput<'_> {
     }
 
     /// The analysed run of this name.
-    fn run(&self, name: &str) -> Option<&Run> {
+    fn run(&self, name: &str) -> Option<&RecordedRun> {
         self.runs.iter().find(|run| run.name == name)
     }
 }
@@ -95,8 +91,8 @@ impl ReportInput<'_> {
 /// The report as the text of an HTML file.
 ///
 /// # Errors
-/// [`AnalysisError`] when a run of `input` has gaps, its jacks give no pose, or the set cannot be encoded; a campaign
-/// that was analysed has none of these.
+/// [`AnalysisError`] when a run of `input` has gaps, its jacks give no pose, or the set cannot be encoded; an
+/// analysed campaign gives no such error.
 pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
     let mut page = Page::default();
     channels::results(&mut page, input);

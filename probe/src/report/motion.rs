@@ -4,17 +4,18 @@ use hexsense_core::calibration::truth::coordinates;
 use hexsense_core::excitation::DegreeOfFreedom;
 
 use super::ReportInput;
-use super::curve::Point;
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::{align, fixed};
-use super::page::{Page, row, text};
-use super::pair::{Curve, Pair};
-use super::scale::Scale;
+use super::page::{Page, row};
 use crate::analysis::AnalysisError;
-use crate::analysis::belief::Belief;
+use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Sweep;
-use crate::analysis::estimate::Poses;
-use crate::analysis::results::Response;
+use crate::analysis::poses::RunPoses;
+use crate::characteristics::frequency_response::FrequencyResponse;
+use crate::figure::curve::Point;
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::{align, fixed};
+use crate::figure::pair::{Curve, Pair};
+use crate::figure::scale::Scale;
 
 const COLUMNS: usize = 2;
 const LEFT: f64 = 66.0;
@@ -35,11 +36,14 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
          harmonic with the command. The start of the command is itself found from the jacks, so a pure delay of the \
          base does not show in the phase.",
     );
-    table(page, &input.analysis.results.motion);
-    let belief = Belief::new(&input.campaign.geometry, &input.campaign.sensors);
-    let paths = input
-        .sweeps()
-        .map(|sweep| Path::new(sweep, input, &belief))
+    table(
+        page,
+        &input.characterisation.characteristics.frequency_response,
+    );
+    let assumptions = Assumptions::new(&input.campaign.geometry, &input.campaign.sensors);
+    let sweeps = input.characterisation.sweeps.iter();
+    let paths = sweeps
+        .map(|sweep| Path::new(sweep, input, &assumptions))
         .collect::<Result<Vec<_>, _>>()?;
     page.figure(
         "Command and measured pose over the estimate, in the degree of freedom driven, and below each, pose minus \
@@ -58,19 +62,19 @@ fn unit(is_rotation: bool) -> (f64, &'static str, usize) {
     }
 }
 
-fn table(page: &mut Page, motion: &[Response]) {
-    let of = |response: &Response| {
+fn table(page: &mut Page, motion: &[FrequencyResponse]) {
+    let of = |response: &FrequencyResponse| {
         let freedom = DegreeOfFreedom::ALL
             .into_iter()
             .find(|freedom| freedom.name() == response.freedom);
         unit(freedom.is_some_and(DegreeOfFreedom::is_rotation))
     };
-    let column = |cell: &dyn Fn(&Response) -> String| {
+    let column = |cell: &dyn Fn(&FrequencyResponse) -> String| {
         let mut cells: Vec<String> = motion.iter().map(cell).collect();
         align(&mut cells);
         cells
     };
-    let amplitude = |response: &Response, si: f64| {
+    let amplitude = |response: &FrequencyResponse, si: f64| {
         let (factor, _, decimals) = of(response);
         fixed(factor * si, decimals)
     };
@@ -112,12 +116,16 @@ struct Path {
 }
 
 impl Path {
-    fn new(sweep: &Sweep, input: &ReportInput, belief: &Belief) -> Result<Self, AnalysisError> {
+    fn new(
+        sweep: &Sweep,
+        input: &ReportInput,
+        assumptions: &Assumptions,
+    ) -> Result<Self, AnalysisError> {
         let base = &input.campaign.geometry.geometry;
         let home = coordinates(&base.home())[sweep.freedom as usize];
-        let rate = f64::from(input.analysis.condensed.rate_hz);
+        let rate = f64::from(sweep.rate_hz);
         let (factor, ..) = unit(sweep.freedom.is_rotation());
-        let mut poses = Poses::new(belief, &sweep.name)?;
+        let mut poses = RunPoses::new(assumptions, &sweep.name)?;
         let (mut command, mut pose, mut error) = (Vec::new(), Vec::new(), Vec::new());
         for (group, counts) in sweep.jacks.iter().enumerate() {
             let middle = group as f64 * sweep.group as f64 + (sweep.group as f64 - 1.0) / 2.0;

@@ -4,14 +4,15 @@ use hexsense_core::channel::{INERTIAL, NAMES};
 use hexsense_core::harmonics::Harmonics;
 
 use super::ReportInput;
-use super::curve::{Point, Stretch, envelope, group_of, means};
-use super::drawing::{Drawing, Panel, Sample, WIDTH};
-use super::number::{fixed, rounded, significant};
-use super::page::{Page, text};
-use super::pair::{self, Curve, Pair};
-use super::scale::Scale;
+use super::page::Page;
 use crate::analysis::AnalysisError;
 use crate::analysis::condense::{Counts, Sweep};
+use crate::figure::curve::{Point, Stretch, envelope, group_of, means};
+use crate::figure::drawing::{Drawing, Panel, Sample, WIDTH};
+use crate::figure::markup::text;
+use crate::figure::number::{fixed, rounded, significant};
+use crate::figure::pair::{self, Curve, Pair};
+use crate::figure::scale::Scale;
 
 /// Points of a curve.
 const POINTS: usize = 400;

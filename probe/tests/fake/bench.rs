@@ -42,11 +42,15 @@ impl Bench {
 
     /// `hexsense` in the folder, on the board's port.
     pub fn hexsense(&self, arguments: &[&str]) -> Output {
+        self.without_board(&[arguments, &["--port", &self.port]].concat())
+    }
+
+    /// `hexsense` in the folder.
+    pub fn without_board(&self, arguments: &[&str]) -> Output {
         let output = Command::cargo_bin("hexsense")
             .unwrap()
             .current_dir(self.folder.path())
             .args(arguments)
-            .args(["--port", &self.port])
             .output()
             .unwrap();
         eprintln!(

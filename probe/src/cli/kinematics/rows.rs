@@ -6,7 +6,8 @@
 //! round. Printing ends at the first bad row, after the rows before it. A long table has a progress bar when standard error
 //! is a terminal.
 
-use std::io::Write;
+use std::io::{self, BufWriter, Write};
+use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::thread;
 
@@ -21,6 +22,17 @@ const BLOCK: usize = 1024;
 const BLOCKS: usize = 8;
 /// A table with fewer bytes is done too soon for a bar.
 const LONG: u64 = 2_000_000;
+
+/// How many threads answer blocks.
+#[must_use]
+pub fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// Standard output, for whole tables.
+pub fn output() -> impl Write {
+    BufWriter::new(io::stdout().lock())
+}
 
 /// Prints `header` and what `answer` appends for each row; blocks are answered on so many `threads`. Whatever `start`
 /// makes goes with the rows of one block.

@@ -7,11 +7,16 @@
 //! volts on the pin = zero_volts + volts_per_unit · value        counts = volts / supply · 65536
 //! ```
 
+mod check;
+
 use std::path::Path;
 
-use hexsense_core::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
-use hexsense_core::channel::Triad;
+use hexsense_core::calibration::truth::Site;
+use hexsense_core::channel::{JACKS, Triad};
 use hexsense_core::facts::BoardFacts;
+use hexsense_core::kinematics::Geometry;
+use hexsense_core::transducers::Transducers;
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::files::{self, FileError};
@@ -139,88 +144,15 @@ impl SensorFile {
     pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         let mut sheet: Self = files::from_toml(file, text)?;
         text.clone_into(&mut sheet.text);
-        let check = |key: &str, value: f64, low: f64, high: f64| {
-            files::within(file, key, value, low..=high).map(drop)
-        };
         sheet.gravity = sheet.gravity_of(file)?;
-        for line in &sheet.lines_hz {
-            check("lines_hz", *line, 0.1, 2_000.0)?;
-        }
-        check("supply_v", sheet.supply_v, 1.7, 3.6)?;
-        for (place, axis) in sheet.lever_arm_m.into_iter().zip(["x", "y", "z"]) {
-            check(&format!("lever_arm_m.{axis}"), place, -20.0, 20.0)?;
-        }
-        check(
-            "lever_arm_tolerance_m",
-            sheet.lever_arm_tolerance_m,
-            0.0,
-            1.0,
-        )?;
-        for triad in Triad::ALL {
-            sheet
-                .triad(triad)
-                .check(file, table_of(triad), sheet.supply_v)?;
-        }
-        let jacks = &sheet.jacks;
-        check(
-            "jacks.full_stroke_volts",
-            jacks.full_stroke_volts.abs(),
-            0.1,
-            sheet.supply_v,
-        )?;
-        check("jacks.zero_volts", jacks.zero_volts, 0.0, sheet.supply_v)?;
-        check("jacks.gain_tolerance", jacks.gain_tolerance, 0.0, 0.5)?;
-        check(
-            "jacks.offset_tolerance_m",
-            jacks.offset_tolerance_m,
-            0.0,
-            1.0,
-        )?;
-        check("jacks.noise_rms_m", jacks.noise_rms_m, 0.0, 0.1)?;
-        let adc = &sheet.adc;
-        check("adc.gain_tolerance", adc.gain_tolerance, 0.0, 0.5)?;
-        check(
-            "adc.offset_tolerance_lsb",
-            adc.offset_tolerance_lsb,
-            0.0,
-            1e3,
-        )?;
-        check("adc.clock_tolerance_ppm", adc.clock_tolerance_ppm, 0.0, 1e5)?;
+        sheet.check(file)?;
         Ok(sheet)
-    }
-
-    /// Gravity by value or by place.
-    fn gravity_of(&self, file: &str) -> Result<Gravity, FileError> {
-        let within = |key: &str, value: f64, low: f64, high: f64| {
-            files::within(file, key, value, low..=high)
-        };
-        let stated = self.gravity_uncertainty_m_s2.unwrap_or(ANOMALY_M_S2);
-        let uncertainty_m_s2 = within("gravity_uncertainty_m_s2", stated, 0.0, 0.1)?;
-        let (m_s2, place) = match (self.gravity_m_s2, self.latitude_deg, self.height_m) {
-            (Some(value), None, None) => (within("gravity_m_s2", value, 9.7, 9.9)?, None),
-            (None, Some(latitude_deg), Some(height_m)) => {
-                within("latitude_deg", latitude_deg, -90.0, 90.0)?;
-                within("height_m", height_m, -500.0, 9_000.0)?;
-                let value = normal_gravity_m_s2(latitude_deg.to_radians(), height_m);
-                (value, Some((latitude_deg, height_m)))
-            }
-            (value, ..) => {
-                let value = value.map_or("not given".to_owned(), |value| value.to_string());
-                let limit = "given alone, or else latitude_deg and height_m both";
-                return Err(FileError::value(file, "gravity_m_s2", value, limit));
-            }
-        };
-        Ok(Gravity {
-            m_s2,
-            uncertainty_m_s2,
-            place,
-        })
     }
 
     /// Known disturbances below half of `rate_hz`, Hz: each of `lines_hz` with its multiples up to the fifth.
     ///
     /// The board's harmonic sums take scans in blocks of B, and mistake a disturbance at m·rate/B ± k·f for harmonic k of
-    /// the drive f. The host chooses B such that none of these lies there; one that is not named is not avoided.
+    /// the drive f. The host chooses B so that no named disturbance lies there; it cannot avoid one that is not named.
     pub fn disturbances_hz(&self, rate_hz: u32) -> impl Iterator<Item = f64> + '_ {
         let multiples = self
             .lines_hz
@@ -245,12 +177,25 @@ impl SensorFile {
         f64::from(self.board.counts_at_supply) / self.supply_v
     }
 
-    /// Nominal displacement of a jack from mid-stroke, m, at `counts` (supply factor applied) and a stroke of
-    /// `stroke_m`.
+    /// The jack transducers on a base, as their data sheet promises them: at mid-stroke they read `zero_volts`.
     #[must_use]
-    pub fn jack_displacement_m(&self, counts: f64, stroke_m: f64) -> f64 {
-        (counts / self.counts_per_volt() - self.jacks.zero_volts) * stroke_m
-            / self.jacks.full_stroke_volts
+    pub fn transducers(&self, geometry: &Geometry<f64>) -> Transducers<f64> {
+        let stroke_m = geometry.length_max_m() - geometry.length_min_m();
+        let counts_per_volt = self.counts_per_volt();
+        Transducers {
+            zero_length_m: (geometry.length_min_m() + geometry.length_max_m()) / 2.0,
+            zero_counts: [self.jacks.zero_volts * counts_per_volt; JACKS],
+            metres_per_count: [stroke_m / self.jacks.full_stroke_volts / counts_per_volt; JACKS],
+        }
+    }
+
+    /// Where the sensor block stands, and gravity there.
+    #[must_use]
+    pub fn site(&self) -> Site {
+        Site {
+            lever_arm_m: Vector3::from(self.lever_arm_m),
+            gravity_m_s2: self.gravity.m_s2,
+        }
     }
 }
 
@@ -260,15 +205,6 @@ const MULTIPLES: u32 = 5;
 /// Mains, where the file names no disturbance.
 fn mains() -> Vec<f64> {
     vec![50.0]
-}
-
-/// Name of a triad's table in the file.
-fn table_of(triad: Triad) -> &'static str {
-    match triad {
-        Triad::LinearAcceleration => "linear_acceleration",
-        Triad::AngularAcceleration => "angular_acceleration",
-        Triad::AngularRate => "angular_rate",
-    }
 }
 
 impl TriadSheet {
@@ -297,41 +233,12 @@ impl TriadSheet {
         );
         (square - mean * mean).max(0.0).sqrt() / core::f64::consts::PI
     }
-
-    fn check(&self, file: &str, table: &str, supply_v: f64) -> Result<(), FileError> {
-        let check = |key: &str, value: f64, low: f64, high: f64| {
-            files::within(file, &format!("{table}.{key}"), value, low..=high).map(drop)
-        };
-        check("full_scale", self.full_scale, 1e-3, 1e4)?;
-        check("volts_per_unit", self.volts_per_unit.abs(), 1e-6, 1e3)?;
-        check("zero_volts", self.zero_volts, 0.0, supply_v)?;
-        check("gain_tolerance", self.gain_tolerance, 0.0, 0.5)?;
-        check("bias_tolerance", self.bias_tolerance, 0.0, self.full_scale)?;
-        check("noise_density", self.noise_density, 0.0, self.full_scale)?;
-        check("bias_walk_5min", self.bias_walk_5min, 0.0, self.full_scale)?;
-        check("misalignment_deg", self.misalignment_deg, 0.0, 10.0)?;
-        for (key, [low, high], limit) in [
-            ("bandwidth_hz", self.bandwidth_hz, 1e5),
-            ("damping", self.damping, 10.0),
-        ] {
-            check(key, low, 1e-2, limit)?;
-            if !(low..=limit).contains(&high) {
-                let limit = format!("its second number must be {low} to {limit}");
-                return Err(FileError::value(
-                    file,
-                    format!("{table}.{key}"),
-                    format!("[{low}, {high}]"),
-                    limit,
-                ));
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hexsense_core::calibration::gravity::ANOMALY_M_S2;
 
     fn with_gravity(keys: &str) -> Result<Gravity, FileError> {
         let papers = twin::papers::sensor_file(1);

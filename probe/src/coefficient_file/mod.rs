@@ -1,0 +1,201 @@
+//! The coefficient file: a coefficient set as TOML that people can read, print and keep.
+//!
+//! It carries exactly the set that the board stores, and the set's identity. A file that lost its end, or in which a
+//! number was changed, no longer has the identity that it states, and is refused.
+//!
+//! - `keys`: the keys of the file, to and from a set.
+//! - `table`: a set as tables for people.
+
+mod keys;
+mod table;
+
+use std::path::Path;
+
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED, RecordError};
+
+use crate::files::{self, FileError};
+use keys::{FORMAT, Keys};
+pub use table::table;
+
+/// Why a file gives no coefficient set.
+#[derive(Debug, thiserror::Error)]
+pub enum CoefficientFileError {
+    /// The file cannot be read or written, or one of its values cannot be.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The file is not whole.
+    #[error(
+        "{file} is not a whole coefficient file; it was cut off or is something else. {problem}"
+    )]
+    Incomplete {
+        /// The file.
+        file: String,
+        /// What the parser misses.
+        problem: String,
+    },
+    /// The numbers are not those that the identity was made of.
+    #[error(
+        "{file} says it is set {stated}, but its numbers are those of set {found}; it was changed or damaged: \
+         take the original, or calibrate again"
+    )]
+    Identity {
+        /// The file.
+        file: String,
+        /// Identity in the file.
+        stated: String,
+        /// Identity of its numbers.
+        found: String,
+    },
+    /// The set is not usable.
+    #[error("{file}: {reason}")]
+    Record {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        reason: RecordError,
+    },
+}
+
+/// The set as a file.
+///
+/// # Errors
+/// [`CoefficientFileError::Record`] for a set that no board would take.
+pub fn to_text(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
+    let keys = Keys::of(identity(file, set)?, set);
+    Ok(toml::to_string(&keys).expect("a set is made of tables, lists, strings and numbers"))
+}
+
+/// The set as JSON, with the keys of the file.
+///
+/// # Errors
+/// [`CoefficientFileError::Record`] for a set that no board would take.
+pub fn to_json(set: &CoefficientSet) -> Result<serde_json::Value, CoefficientFileError> {
+    let keys = Keys::of(identity("the set", set)?, set);
+    Ok(serde_json::to_value(keys).expect("a set is made of tables, lists, strings and numbers"))
+}
+
+/// Writes the set to `path`, whole or not at all.
+///
+/// # Errors
+/// [`CoefficientFileError::File`] and [`CoefficientFileError::Record`].
+pub fn save(path: &Path, set: &CoefficientSet) -> Result<(), CoefficientFileError> {
+    let file = path.display().to_string();
+    let text = to_text(&file, set)?;
+    parse(&file, &text)?;
+    Ok(files::replace(path, &text)?)
+}
+
+/// Reads the set in `path`.
+///
+/// # Errors
+/// Every variant of [`CoefficientFileError`].
+pub fn load(path: &Path) -> Result<CoefficientSet, CoefficientFileError> {
+    parse(&path.display().to_string(), &files::read(path)?)
+}
+
+/// Reads `text`, which came from `file`.
+///
+/// # Errors
+/// Every variant of [`CoefficientFileError`].
+pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileError> {
+    let keys: Keys = files::from_toml(file, text).map_err(|error| match error {
+        FileError::Syntax { file, problem } => CoefficientFileError::Incomplete { file, problem },
+        other => other.into(),
+    })?;
+    if keys.format != FORMAT {
+        return Err(FileError::value(
+            file,
+            "format",
+            format!("{:?}", keys.format),
+            format!("it must be {FORMAT:?}"),
+        )
+        .into());
+    }
+    let set = keys.to_set(file)?;
+    let found = identity(file, &set)?;
+    if found != keys.id {
+        return Err(CoefficientFileError::Identity {
+            file: file.to_owned(),
+            stated: keys.id,
+            found,
+        });
+    }
+    Ok(set)
+}
+
+/// Identity of a set that is fit to be stored.
+fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
+    let mut buffer = [0; MAX_ENCODED];
+    let encoded = set.check().and_then(|()| set.encode(&mut buffer));
+    let encoded = encoded.map_err(|reason| CoefficientFileError::Record {
+        file: file.to_owned(),
+        reason,
+    })?;
+    Ok(CoefficientSet::id_of(encoded).to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry_file::GeometryFile;
+    use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
+
+    fn set() -> CoefficientSet {
+        let triad = TriadCoefficients {
+            offset: [32768.1, 32000.0 / 3.0, 40000.7],
+            matrix: [
+                [1.0 / 3.0, 1e-3, -1e-7],
+                [0.1, 0.7, 0.2],
+                [-0.01, 0.02, 1e-2],
+            ],
+            offset_uncertainty: [0.1, 0.2, 0.3],
+            matrix_uncertainty: [[1e-5 / 3.0; 3]; 3],
+            delay_s: 0.00123,
+        };
+        CoefficientSet {
+            board: *b"\x01board\xff\x00uid2",
+            geometry: "an-74tk-200".try_into().unwrap(),
+            geometry_hash: [7; 8],
+            unix_s: 1_780_000_000,
+            temperature_c: 31.7,
+            provenance: [9; 32],
+            triads: [triad; 3],
+            base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
+            jacks: JackCoefficients {
+                zero_length_m: 2.75,
+                zero_counts: [32_768.1; 6],
+                metres_per_count: [1e-4 / 3.0; 6],
+            },
+        }
+    }
+
+    #[test]
+    fn a_file_gives_the_very_same_bytes() {
+        let (mut before, mut after) = ([0; MAX_ENCODED], [0; MAX_ENCODED]);
+        let read = parse("c.toml", &to_text("c.toml", &set()).unwrap()).unwrap();
+        assert_eq!(
+            set().encode(&mut before).unwrap(),
+            read.encode(&mut after).unwrap()
+        );
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_is_refused() {
+        let text = to_text("c.toml", &set()).unwrap();
+        for length in 0..text.trim_end().len() {
+            let error = parse("c.toml", &text[..length]).expect_err("a cut file");
+            assert!(error.to_string().starts_with("c.toml"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_changed_number_is_refused_by_the_identity() {
+        let text = to_text("c.toml", &set())
+            .unwrap()
+            .replace("40000.7", "40000.8");
+        assert!(matches!(
+            parse("c.toml", &text),
+            Err(CoefficientFileError::Identity { .. })
+        ));
+    }
+}

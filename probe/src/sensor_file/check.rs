@@ -1,0 +1,128 @@
+//! What the numbers of a sensor file must be.
+
+use hexsense_core::calibration::gravity::{ANOMALY_M_S2, normal_gravity_m_s2};
+use hexsense_core::channel::Triad;
+
+use super::{Gravity, SensorFile, TriadSheet};
+use crate::files::{self, FileError};
+
+impl SensorFile {
+    /// Refuses numbers that no data sheet has.
+    pub(super) fn check(&self, file: &str) -> Result<(), FileError> {
+        let check = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, key, value, low..=high).map(drop)
+        };
+        for line in &self.lines_hz {
+            check("lines_hz", *line, 0.1, 2_000.0)?;
+        }
+        check("supply_v", self.supply_v, 1.7, 3.6)?;
+        for (place, axis) in self.lever_arm_m.into_iter().zip(["x", "y", "z"]) {
+            check(&format!("lever_arm_m.{axis}"), place, -20.0, 20.0)?;
+        }
+        check(
+            "lever_arm_tolerance_m",
+            self.lever_arm_tolerance_m,
+            0.0,
+            1.0,
+        )?;
+        for triad in Triad::ALL {
+            self.triad(triad)
+                .check(file, table_of(triad), self.supply_v)?;
+        }
+        let jacks = &self.jacks;
+        check(
+            "jacks.full_stroke_volts",
+            jacks.full_stroke_volts.abs(),
+            0.1,
+            self.supply_v,
+        )?;
+        check("jacks.zero_volts", jacks.zero_volts, 0.0, self.supply_v)?;
+        check("jacks.gain_tolerance", jacks.gain_tolerance, 0.0, 0.5)?;
+        check(
+            "jacks.offset_tolerance_m",
+            jacks.offset_tolerance_m,
+            0.0,
+            1.0,
+        )?;
+        check("jacks.noise_rms_m", jacks.noise_rms_m, 0.0, 0.1)?;
+        let adc = &self.adc;
+        check("adc.gain_tolerance", adc.gain_tolerance, 0.0, 0.5)?;
+        check(
+            "adc.offset_tolerance_lsb",
+            adc.offset_tolerance_lsb,
+            0.0,
+            1e3,
+        )?;
+        check("adc.clock_tolerance_ppm", adc.clock_tolerance_ppm, 0.0, 1e5)?;
+        Ok(())
+    }
+
+    /// Gravity by value or by place.
+    pub(super) fn gravity_of(&self, file: &str) -> Result<Gravity, FileError> {
+        let within = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, key, value, low..=high)
+        };
+        let stated = self.gravity_uncertainty_m_s2.unwrap_or(ANOMALY_M_S2);
+        let uncertainty_m_s2 = within("gravity_uncertainty_m_s2", stated, 0.0, 0.1)?;
+        let (m_s2, place) = match (self.gravity_m_s2, self.latitude_deg, self.height_m) {
+            (Some(value), None, None) => (within("gravity_m_s2", value, 9.7, 9.9)?, None),
+            (None, Some(latitude_deg), Some(height_m)) => {
+                within("latitude_deg", latitude_deg, -90.0, 90.0)?;
+                within("height_m", height_m, -500.0, 9_000.0)?;
+                let value = normal_gravity_m_s2(latitude_deg.to_radians(), height_m);
+                (value, Some((latitude_deg, height_m)))
+            }
+            (value, ..) => {
+                let value = value.map_or("not given".to_owned(), |value| value.to_string());
+                let limit = "given alone, or else latitude_deg and height_m both";
+                return Err(FileError::value(file, "gravity_m_s2", value, limit));
+            }
+        };
+        Ok(Gravity {
+            m_s2,
+            uncertainty_m_s2,
+            place,
+        })
+    }
+}
+
+impl TriadSheet {
+    fn check(&self, file: &str, table: &str, supply_v: f64) -> Result<(), FileError> {
+        let check = |key: &str, value: f64, low: f64, high: f64| {
+            files::within(file, &format!("{table}.{key}"), value, low..=high).map(drop)
+        };
+        check("full_scale", self.full_scale, 1e-3, 1e4)?;
+        check("volts_per_unit", self.volts_per_unit.abs(), 1e-6, 1e3)?;
+        check("zero_volts", self.zero_volts, 0.0, supply_v)?;
+        check("gain_tolerance", self.gain_tolerance, 0.0, 0.5)?;
+        check("bias_tolerance", self.bias_tolerance, 0.0, self.full_scale)?;
+        check("noise_density", self.noise_density, 0.0, self.full_scale)?;
+        check("bias_walk_5min", self.bias_walk_5min, 0.0, self.full_scale)?;
+        check("misalignment_deg", self.misalignment_deg, 0.0, 10.0)?;
+        for (key, [low, high], limit) in [
+            ("bandwidth_hz", self.bandwidth_hz, 1e5),
+            ("damping", self.damping, 10.0),
+        ] {
+            check(key, low, 1e-2, limit)?;
+            if !(low..=limit).contains(&high) {
+                let limit = format!("its second number must be {low} to {limit}");
+                return Err(FileError::value(
+                    file,
+                    format!("{table}.{key}"),
+                    format!("[{low}, {high}]"),
+                    limit,
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Name of a triad's table in the file.
+fn table_of(triad: Triad) -> &'static str {
+    match triad {
+        Triad::LinearAcceleration => "linear_acceleration",
+        Triad::AngularAcceleration => "angular_acceleration",
+        Triad::AngularRate => "angular_rate",
+    }
+}
