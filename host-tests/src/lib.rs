@@ -6,7 +6,7 @@
 //! - [`coverage`] is that statistic: are the stated uncertainties right?
 //! - [`nor_flash`] is a flash memory whose power can be cut at any operation, and [`sets`] are stored in it; both come
 //!   from the crate `hostile`, which the fuzz targets share.
-//! - [`reference`]: a base and a rotation matrix written out by hand.
+//! - [`mod@reference`]: a base and a rotation matrix written out by hand.
 //! - [`speed`] measures the time that kinematics takes.
 
 pub mod accuracy;
