@@ -6,8 +6,8 @@
 //! - [`coverage`] is that statistic: are the stated uncertainties right?
 //! - [`nor_flash`] is a flash memory whose power can be cut at any operation, and [`sets`] are stored in it; both come
 //!   from the crate `hostile`, which the fuzz targets share.
-//! - [`speed`] measures how long kinematics takes, and [`scipy`] how long scipy takes for the same poses.
-//! - [`reference`]: a base and a rotation matrix written out by hand.
+//! - [`mod@reference`]: a base and a rotation matrix written out by hand.
+//! - [`speed`] measures the time that kinematics takes, and [`scipy`] the time of scipy for the same poses.
 
 pub mod accuracy;
 pub mod bench;

@@ -3,6 +3,8 @@
 //! COBS takes the zero byte out of a message, so that a zero always ends a frame and a receiver that joins late or
 //! has lost bytes finds the next frame by itself.
 
+use serde::{Deserialize, Serialize};
+
 use crate::checksum::checksum;
 
 const HEADER: usize = 3;
@@ -119,6 +121,24 @@ pub fn encode(
     let encoded = cobs::encode(message, out);
     out[encoded] = 0;
     Ok(encoded + 1)
+}
+
+/// Encodes a message as postcard in one frame, as [`encode`] does.
+pub(super) fn encode_message(
+    kind: Kind,
+    message: &impl Serialize,
+    sequence: u16,
+    out: &mut [u8],
+) -> Result<usize, FrameError> {
+    encode(kind, sequence, out, |payload| {
+        Some(postcard::to_slice(message, payload).ok()?.len())
+    })
+}
+
+/// Decodes a message that takes all of the payload.
+pub(super) fn decode_message<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Option<T> {
+    let (message, rest) = postcard::take_from_bytes(payload).ok()?;
+    rest.is_empty().then_some(message)
 }
 
 /// Decodes a frame in place; `bytes` are those between two zeros, without them.

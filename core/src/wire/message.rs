@@ -281,7 +281,7 @@ pub fn encode_request(
     sequence: u16,
     out: &mut [u8],
 ) -> Result<usize, FrameError> {
-    encode(Kind::Request, request, sequence, out)
+    frame::encode_message(Kind::Request, request, sequence, out)
 }
 
 /// Encodes a response as a frame into `out` and returns its length.
@@ -293,36 +293,17 @@ pub fn encode_response(
     sequence: u16,
     out: &mut [u8],
 ) -> Result<usize, FrameError> {
-    encode(Kind::Response, response, sequence, out)
-}
-
-fn encode(
-    kind: Kind,
-    message: &impl Serialize,
-    sequence: u16,
-    out: &mut [u8],
-) -> Result<usize, FrameError> {
-    frame::encode(kind, sequence, out, |payload| {
-        postcard::to_slice(message, payload)
-            .ok()
-            .map(|used| used.len())
-    })
+    frame::encode_message(Kind::Response, response, sequence, out)
 }
 
 /// Decodes the payload of a request frame; `None` when it is not a request of this version.
 #[must_use]
 pub fn decode_request(payload: &[u8]) -> Option<Request> {
-    whole(payload)
+    frame::decode_message(payload)
 }
 
 /// Decodes the payload of a response frame; `None` when it is not a response of this version.
 #[must_use]
 pub fn decode_response(payload: &[u8]) -> Option<Response> {
-    whole(payload)
-}
-
-/// Decodes a message that takes all of the payload.
-fn whole<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Option<T> {
-    let (message, rest) = postcard::take_from_bytes(payload).ok()?;
-    rest.is_empty().then_some(message)
+    frame::decode_message(payload)
 }

@@ -142,16 +142,11 @@ impl From<ForwardError<f32>> for PoseRefusal {
 /// # Errors
 /// [`FrameError::Long`] when `out` is shorter than the frame.
 pub fn encode(report: &PoseReport, sequence: u16, out: &mut [u8]) -> Result<usize, FrameError> {
-    frame::encode(Kind::Pose, sequence, out, |payload| {
-        postcard::to_slice(report, payload)
-            .ok()
-            .map(|used| used.len())
-    })
+    frame::encode_message(Kind::Pose, report, sequence, out)
 }
 
 /// Decodes the payload of a pose frame; `None` when it is not a report of this version.
 #[must_use]
 pub fn decode(payload: &[u8]) -> Option<PoseReport> {
-    let (report, rest) = postcard::take_from_bytes(payload).ok()?;
-    rest.is_empty().then_some(report)
+    frame::decode_message(payload)
 }

@@ -71,17 +71,18 @@ impl Bus {
         );
     }
 
-    fn clocked(&self, unit: Unit) -> bool {
-        unit.clock()
-            .is_none_or(|(register, index)| self.rcc.enabled(register, index))
+    fn locate(&self, address: u32) -> Result<(Unit, u32), Unmodelled> {
+        let found = map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
+        let clocked = |(register, index)| self.rcc.enabled(register, index);
+        if found.0.clock().is_none_or(clocked) {
+            Ok(found)
+        } else {
+            Err(Unmodelled("its clock is off (RCC)"))
+        }
     }
 
     fn read_unit(&mut self, address: u32) -> Read {
-        let (unit, offset) =
-            map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
-        if !self.clocked(unit) {
-            return Err(Unmodelled("its clock is off (RCC)"));
-        }
+        let (unit, offset) = self.locate(address)?;
         let now = self.now;
         match unit {
             Unit::Timer(index) => {
@@ -111,11 +112,7 @@ impl Bus {
     }
 
     fn write_unit(&mut self, address: u32, value: u32, size: u32) -> Write {
-        let (unit, offset) =
-            map::locate(address).ok_or(Unmodelled("no such peripheral in the model"))?;
-        if !self.clocked(unit) {
-            return Err(Unmodelled("its clock is off (RCC)"));
-        }
+        let (unit, offset) = self.locate(address)?;
         if address & 3 != 0 {
             return Err(Unmodelled("write to a part of a register"));
         }

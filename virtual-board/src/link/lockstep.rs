@@ -13,7 +13,6 @@
 use std::io::{self, Read, Write};
 use std::net::TcpListener;
 
-use super::counts::print_counts;
 use super::door::{Door, Host};
 use super::error::LinkError;
 use crate::machine::Machine;
@@ -44,6 +43,20 @@ impl Lockstep {
             print_counts(machine);
             machine.begin_counting();
         }
+    }
+}
+
+/// Prints the counts of instructions, if any were asked for, as one line of JSON.
+pub fn print_counts(machine: &Machine) {
+    if let Some(counts) = machine.counts() {
+        println!(
+            "{}",
+            serde_json::json!({
+                "executed": machine.executed(),
+                "counts": counts,
+                "triggers": machine.bus().triggers.runs(),
+            })
+        );
     }
 }
 

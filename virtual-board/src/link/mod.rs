@@ -1,7 +1,6 @@
 //! The connection to the host: `--link tcp:ADDR`, `--link pty` or `--link lockstep:ADDR`.
 
 pub mod cable;
-pub mod counts;
 mod door;
 pub mod error;
 pub mod lockstep;
@@ -11,8 +10,8 @@ use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::str::FromStr;
 
-pub use self::counts::print_counts;
 pub use self::error::LinkError;
+pub use self::lockstep::print_counts;
 
 use self::cable::Cable;
 use self::lockstep::Lockstep;

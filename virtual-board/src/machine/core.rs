@@ -124,11 +124,11 @@ impl Machine {
         self.uc.get_data_mut()
     }
 
-    pub(super) fn register(&self, register: RegisterARM) -> u32 {
+    pub(super) fn register(&self, register: impl Into<i32>) -> u32 {
         register_of(&self.uc, register)
     }
 
-    pub(super) fn set_register(&mut self, register: RegisterARM, value: u32) {
+    pub(super) fn set_register(&mut self, register: impl Into<i32>, value: u32) {
         // The registers are constants that exist on this core.
         let _ = self.uc.reg_write(register, u64::from(value));
     }

@@ -193,7 +193,7 @@ impl Machine {
                 .iter_mut()
                 .enumerate()
             {
-                *word = self.register_by_number(RegisterARM::S0 as i32 + index as i32);
+                *word = self.register(RegisterARM::S0 as i32 + index as i32);
             }
             content[24] = self.register(RegisterARM::FPSCR);
         }
@@ -242,7 +242,7 @@ impl Machine {
         }
         if extended {
             for index in 0..16 {
-                self.set_register_by_number(
+                self.set_register(
                     RegisterARM::S0 as i32 + index,
                     word(BASIC_WORDS + index as usize),
                 );
@@ -255,29 +255,14 @@ impl Machine {
 
     fn restore_mode(&mut self, xpsr: u32, process_stack: bool, fp_context: bool) {
         self.set_register(RegisterARM::XPSR_NZCVQG, xpsr);
-        if xpsr & 0x1FF == 0 {
-            let privilege = self.register(RegisterARM::CONTROL) & 1;
-            let stack = if process_stack { SPSEL } else { 0 };
-            self.set_register(
-                RegisterARM::CONTROL,
-                privilege | stack | if fp_context { FP_CONTEXT } else { 0 },
-            );
-        } else {
-            let control = self.register(RegisterARM::CONTROL) & !FP_CONTEXT;
-            self.set_register(
-                RegisterARM::CONTROL,
-                control | if fp_context { FP_CONTEXT } else { 0 },
-            );
-        }
+        let control = self.register(RegisterARM::CONTROL);
+        let kept = match (xpsr & 0x1FF == 0, process_stack) {
+            (true, true) => control & 1 | SPSEL,
+            (true, false) => control & 1,
+            (false, _) => control & !FP_CONTEXT,
+        };
+        let context = if fp_context { FP_CONTEXT } else { 0 };
+        self.set_register(RegisterARM::CONTROL, kept | context);
         self.refresh_mode();
-    }
-
-    fn register_by_number(&self, number: i32) -> u32 {
-        self.uc.reg_read(number).unwrap_or(0) as u32
-    }
-
-    fn set_register_by_number(&mut self, number: i32, value: u32) {
-        // The caller's registers exist on this core.
-        let _ = self.uc.reg_write(number, u64::from(value));
     }
 }

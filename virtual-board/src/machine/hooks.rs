@@ -39,7 +39,7 @@ pub(super) fn masks_of(uc: &Unicorn<'_, Context>) -> Masks {
 }
 
 /// A register of the core.
-pub(super) fn register_of(uc: &Unicorn<'_, Context>, register: RegisterARM) -> u32 {
+pub(super) fn register_of(uc: &Unicorn<'_, Context>, register: impl Into<i32>) -> u32 {
     // The registers are constants that exist on this core.
     uc.reg_read(register).unwrap_or(0) as u32
 }

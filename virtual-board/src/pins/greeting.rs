@@ -63,14 +63,7 @@ pub(super) struct GreetingBoard {
     uid: String,
     clock_ppm: f64,
     vrefint_v: f64,
-    adc: Vec<GreetingAdc>,
-}
-
-#[derive(Deserialize)]
-pub(super) struct GreetingAdc {
-    gain_error: f64,
-    offset_lsb: f64,
-    noise_lsb: f64,
+    adc: Vec<Imperfection>,
 }
 
 pub(super) fn board_parameters(board: &GreetingBoard) -> Result<BoardParameters, PinsError> {
@@ -79,29 +72,32 @@ pub(super) fn board_parameters(board: &GreetingBoard) -> Result<BoardParameters,
         value: board.uid.clone(),
         limit: "24 hexadecimal digits",
     })?;
-    check(
-        board.clock_ppm.abs() < 1e5,
-        "board.clock_ppm",
-        board.clock_ppm,
-        "less than 1e5",
-    )?;
-    check(
-        (0.1..3.0).contains(&board.vrefint_v),
-        "board.vrefint_v",
-        board.vrefint_v,
-        "within 0.1 to 3 V",
-    )?;
-    check(
-        board.adc.len() == CONVERTERS,
-        "number of entries in board.adc",
-        board.adc.len(),
-        "5",
-    )?;
-    let adc = std::array::from_fn(|index| Imperfection {
-        gain_error: board.adc[index].gain_error,
-        offset_lsb: board.adc[index].offset_lsb,
-        noise_lsb: board.adc[index].noise_lsb,
-    });
+    let limits = [
+        (
+            board.clock_ppm.abs() < 1e5,
+            "board.clock_ppm",
+            board.clock_ppm,
+            "less than 1e5",
+        ),
+        (
+            (0.1..3.0).contains(&board.vrefint_v),
+            "board.vrefint_v",
+            board.vrefint_v,
+            "within 0.1 to 3 V",
+        ),
+    ];
+    for (valid, name, value, limit) in limits {
+        check(valid, name, value, limit)?;
+    }
+    let adc = board
+        .adc
+        .as_slice()
+        .try_into()
+        .map_err(|_| PinsError::Value {
+            name: "number of entries in board.adc",
+            value: board.adc.len().to_string(),
+            limit: "5",
+        })?;
     Ok(BoardParameters {
         seed: board.seed,
         unique_id,

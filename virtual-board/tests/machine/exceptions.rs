@@ -20,8 +20,7 @@ fn interrupts_nest_by_priority_and_return_in_order() {
         (37, Code::function(|code| code.trace(3))),
         (38, Code::function(|code| code.trace(6))),
     ];
-    let mut chip = Chip::new(main, &handlers);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &handlers);
     assert_eq!(chip.result(0), 0x123465);
 }
 
@@ -50,8 +49,7 @@ fn registers_and_flags_survive_an_interrupt() {
         .save(2, 2)
         .save(3, 3)
         .spin();
-    let mut chip = Chip::new(main, &[(36, clobber)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, clobber)]);
     assert_eq!(
         [0, 1, 2, 3].map(|index| chip.result(index)),
         [10, 11, 12, 13]
@@ -73,8 +71,7 @@ fn a_handler_sees_its_number_and_the_return_code() {
         .raw(&[0xF3EF, 0x8005])
         .save(2, 0)
         .spin();
-    let mut chip = Chip::new(main, &[(36, handler)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, handler)]);
     assert_eq!(
         (chip.result(0), chip.result(1), chip.result(2)),
         (36, 0xFFFF_FFF9, 0)
@@ -96,8 +93,7 @@ fn primask_and_basepri_hold_interrupts_back_until_they_are_lifted() {
             .raw(&[0xBF00])
             .trace(3)
             .spin();
-        let mut chip = Chip::new(main, &[(36, Code::function(|code| code.trace(2)))]);
-        chip.run(1e-3).unwrap();
+        let chip = Chip::ran(main, &[(36, Code::function(|code| code.trace(2)))]);
         assert_eq!(chip.result(0), 0x123);
     }
 }
@@ -125,8 +121,7 @@ fn floating_point_registers_survive_an_interrupt() {
         .raw(&[0xEE10, 0x0A10]) // vmov r0, s0
         .save(0, 0)
         .spin();
-    let mut chip = Chip::new(main, &[(36, handler)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, handler)]);
     assert_eq!(f32::from_bits(chip.result(0)), 2.5);
     assert_eq!(
         chip.result(1),
@@ -148,8 +143,7 @@ fn a_floating_point_comparison_survives_an_interrupt() {
         .raw(&[0xEEF1, 0x0A10]) // vmrs r0, fpscr
         .save(0, 0)
         .spin();
-    let mut chip = Chip::new(main, &[(36, handler)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, handler)]);
     assert_eq!(chip.result(0) >> 28, 0b0010, "greater: carry alone");
 }
 
@@ -164,8 +158,7 @@ fn frames_are_aligned_to_eight_bytes() {
         .raw(&[0x4668])
         .save(1, 0)
         .spin();
-    let mut chip = Chip::new(main, &[(36, handler)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, handler)]);
     assert_eq!(chip.result(0) % 8, 0);
     assert_eq!(chip.result(1), super::STACK - 4);
 }
@@ -189,11 +182,9 @@ fn an_interrupt_between_load_and_store_exclusive_makes_the_store_fail() {
             .spin()
     };
     let handler = Code::new().ret();
-    let mut undisturbed = Chip::new(exclusive(Code::new()), &[(36, handler.clone())]);
-    undisturbed.run(1e-3).unwrap();
+    let undisturbed = Chip::ran(exclusive(Code::new()), &[(36, handler.clone())]);
     assert_eq!(undisturbed.result(0), 0);
-    let mut disturbed = Chip::new(exclusive(Code::new().pend(20)), &[(36, handler)]);
-    disturbed.run(1e-3).unwrap();
+    let disturbed = Chip::ran(exclusive(Code::new().pend(20)), &[(36, handler)]);
     assert_eq!(disturbed.result(0), 1);
 }
 
@@ -205,8 +196,7 @@ fn svc_is_taken_at_once_and_returns_behind_it() {
         .raw(&[0xDF00])
         .trace(3)
         .spin();
-    let mut chip = Chip::new(main, &[(11, Code::function(|code| code.trace(2)))]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(11, Code::function(|code| code.trace(2)))]);
     assert_eq!(chip.result(0), 0x123);
 }
 
@@ -228,8 +218,7 @@ fn the_process_stack_is_used_in_thread_mode_and_the_main_stack_in_handlers() {
         .raw(&[0x4668])
         .save(2, 0)
         .spin();
-    let mut chip = Chip::new(main, &[(36, handler)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(36, handler)]);
     assert_eq!(chip.result(0), super::STACK);
     assert_eq!(chip.result(1), 0xFFFF_FFFD);
     assert_eq!(chip.result(2), 0x2000_8000);
@@ -248,8 +237,7 @@ fn code_runs_from_ram_and_may_be_changed() {
         .store(0x2000_4000, routine(6))
         .raw(&[0xF3BF, 0x8F6F]);
     let main = call(main).save(1, 0).spin();
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[]);
     assert_eq!((chip.result(0), chip.result(1)), (5, 6));
 }
 
@@ -264,7 +252,6 @@ fn a_conditional_load_from_a_page_not_seen_before_leaves_no_condition_behind() {
         main = main.raw(&[0xBF00]);
     }
     let main = main.raw(&[0xD000, 0xBF00]).load(0, 1).save(0, 0).spin(); // beq over a nop
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[]);
     assert_eq!(chip.result(0), 1);
 }

@@ -100,8 +100,7 @@ fn a_program_of_the_core_writes_the_flash() {
         .fetch(0, BANK_2 + 8) // waits for the end
         .save(0, 0)
         .spin();
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[]);
     assert_eq!(chip.result(0), 0x1234_5678);
     let file = std::fs::read(&chip.path).unwrap();
     assert_eq!(
@@ -118,8 +117,7 @@ fn a_store_without_preparation_changes_nothing() {
         .fetch(0, BANK_2)
         .save(0, 0)
         .fetch(0, 0x4002_2010);
-    let mut chip = Chip::new(main.save(1, 0).spin(), &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main.save(1, 0).spin(), &[]);
     assert_eq!(
         (chip.result(0), chip.result(1)),
         (u32::MAX, 1 << 7),
@@ -157,7 +155,6 @@ fn reading_a_torn_word_raises_the_nmi() {
         .save(0, 0)
         .store(ECCR, 1 << 31)
         .ret();
-    let mut chip = Chip::new(main, &[(2, nmi)]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[(2, nmi)]);
     assert_eq!(chip.result(0) >> 31, 1, "ECCD");
 }

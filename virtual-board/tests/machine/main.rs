@@ -65,6 +65,13 @@ impl Chip {
         }
     }
 
+    /// A chip that has run its program for a millisecond.
+    fn ran(main: Code, handlers: &[(u32, Code)]) -> Self {
+        let mut chip = Self::new(main, handlers);
+        chip.run(1e-3).unwrap();
+        chip
+    }
+
     /// Runs on for so many seconds.
     fn run(&mut self, duration_s: f64) -> Result<(), Stop> {
         self.machine.run(self.machine.bus().now_s() + duration_s)

@@ -38,11 +38,10 @@ fn twice(end: Code) -> Code {
 
 #[test]
 fn a_software_reset_keeps_ram_and_says_so() {
-    let mut chip = Chip::new(
+    let chip = Chip::ran(
         twice(Code::new().store(0xE000_ED0C, 0x05FA_0004).spin()),
         &[],
     );
-    chip.run(1e-3).unwrap();
     assert_eq!(chip.result(0) >> 28 & 1, 1, "SFTRSTF");
     assert_eq!(chip.result(1), 0x5EED_0001);
 }
@@ -97,8 +96,7 @@ fn a_peripheral_without_clock_reads_zero_and_ignores_writes() {
         .fetch(0, 0x4000_102C)
         .save(2, 0)
         .spin();
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[]);
     assert_eq!(
         (chip.result(0), chip.result(1), chip.result(2)),
         (0, 1234, 0xFFFF)

@@ -66,8 +66,7 @@ fn with_dma(main: Code, enable: u32, request: u32, register: u32, mode: u32) -> 
 #[test]
 fn dma_carries_what_arrives_into_a_ring() {
     let main = with_dma(uart_on(), 6, 34, 0x24, 1 << 5);
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let mut chip = Chip::ran(main, &[]);
     chip.machine.bus_mut().line_in(&[1, 2, 3, 4, 5]);
     chip.run(45e-6).unwrap();
     assert_eq!(chip.result(0), 0x0403_0201);

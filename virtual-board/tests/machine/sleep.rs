@@ -130,8 +130,7 @@ fn one_instruction_is_one_cycle() {
         .raw(&[0x1A08]) // subs r0, r1, r0
         .save(0, 0)
         .spin();
-    let mut chip = Chip::new(main, &[]);
-    chip.run(1e-3).unwrap();
+    let chip = Chip::ran(main, &[]);
     let cycles = chip.result(0);
     assert!((2000..=2010).contains(&cycles), "{cycles}");
 }

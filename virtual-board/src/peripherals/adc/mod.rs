@@ -18,6 +18,7 @@ mod registers;
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use serde::Deserialize;
 
 pub use self::common::AdcCommon;
 use super::{Cycles, NEVER, bit, field};
@@ -51,7 +52,7 @@ const DISABLE_CLOCKS: u64 = 4;
 const TRIGGER_LATENCY_HALF_CLOCKS: u64 = 4;
 
 /// The errors of one converter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Imperfection {
     /// Relative error of the gain.
     pub gain_error: f64,

@@ -3,19 +3,18 @@
 use super::{FE, FIFO_DEPTH, FIFOEN, IDLE, Lpuart, NE, ORE, TC, UE};
 use crate::peripherals::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit, field};
 
-const IDLEIE: u32 = 4;
-const RXNEIE: u32 = 5;
-const TCIE: u32 = 6;
-const TXEIE: u32 = 7;
-const TXFEIE: u32 = 30;
-const RXFFIE: u32 = 31;
-const EIE: u32 = 0;
+/// Enable bits of CR1 and CR3 for DMA, and for interrupts with the flags of ISR that raise them.
 const DMAR: u32 = 6;
 const DMAT: u32 = 7;
-const TXFTIE: u32 = 23;
-const RXFTIE: u32 = 28;
-const RXNE: u32 = 1 << 5;
-const TXE: u32 = 1 << 7;
+const BY_CR1: [(u32, u32); 6] = [
+    (4, IDLE),
+    (5, 1 << 5 | ORE),
+    (6, TC),
+    (7, 1 << 7),
+    (30, 1 << 23),
+    (31, 1 << 24),
+];
+const BY_CR3: [(u32, u32); 3] = [(28, 1 << 26), (23, 1 << 27), (0, FE | NE | ORE)];
 
 impl Lpuart {
     /// Reads a register.
@@ -64,16 +63,11 @@ impl Lpuart {
     /// Whether the interrupt line is high.
     pub fn interrupt(&self) -> bool {
         let status = self.status();
-        let on = |enable: bool, flags: u32| enable && status & flags != 0;
-        on(bit(self.cr1, IDLEIE), IDLE)
-            || on(bit(self.cr1, RXNEIE), RXNE | ORE)
-            || on(bit(self.cr1, TCIE), TC)
-            || on(bit(self.cr1, TXEIE), TXE)
-            || on(bit(self.cr1, TXFEIE), 1 << 23)
-            || on(bit(self.cr1, RXFFIE), 1 << 24)
-            || on(bit(self.cr3, RXFTIE), 1 << 26)
-            || on(bit(self.cr3, TXFTIE), 1 << 27)
-            || on(bit(self.cr3, EIE), FE | NE | ORE)
+        let raised = |enables: u32, flags: &[(u32, u32)]| {
+            let mut flags = flags.iter();
+            flags.any(|&(enable, flags)| bit(enables, enable) && status & flags != 0)
+        };
+        raised(self.cr1, &BY_CR1) || raised(self.cr3, &BY_CR3)
     }
 
     /// Whether the receiver asks a DMA channel to fetch a character.
