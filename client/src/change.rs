@@ -1,11 +1,11 @@
-//! Changes of what the board keeps, each with its tag; see [`hexsense_core::wire::change`].
+//! Changes of the board's sets and key, each with its tag; see [`hexsense_core::wire::change`].
 //!
 //! ```text
 //! identity, challenge → tag → change → answer, or a look into the log
 //! ```
 //!
-//! The begin of an upload may be asked again when its answer is lost. Any other change must not be made twice: it is
-//! asked once, and without an answer the board's log tells whether it was made.
+//! The beginning of an upload may be sent again when its answer is lost. Every other change must not be made twice: it is
+//! sent once, and when its answer is lost the board's log shows whether it was made.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -30,7 +30,7 @@ pub fn unix_now() -> u64 {
     now.map_or(0, |now| now.as_secs())
 }
 
-/// Why a change was not made, or is not known to be.
+/// Why a change was not made, or why it is not known whether it was made.
 #[derive(Debug, thiserror::Error)]
 pub enum ChangeError {
     /// The board refused.
@@ -57,7 +57,7 @@ impl ChangeError {
 }
 
 impl Client {
-    /// Gives the board a key. `authority` is the key that it has, or `new` itself on a board that has none.
+    /// Gives the board a key. `authority` is the key that it has now, or `new` itself on a board without a key.
     ///
     /// # Errors
     /// [`ChangeError`].
@@ -160,7 +160,7 @@ impl Client {
         Err(self.conversation.silent(&request, ATTEMPTS, start).into())
     }
 
-    /// Has a change made, once; `None` when its answer was lost and the log shows it.
+    /// Sends a change once; `None` when its answer was lost and the log shows that the change was made.
     fn change(&mut self, key: &Key, act: Act) -> Result<Option<Response>, ChangeError> {
         let unix_s = unix_now();
         let reason = reason(&act);
@@ -174,7 +174,7 @@ impl Client {
             Err(LinkError::Refused(refusal)) => return Err(ChangeError::Refused(refusal)),
             Err(error) => return Err(ChangeError::During(error)),
         }
-        // The board answers this only after the change, if that ever came.
+        // The board answers this only after the change, if the change arrived.
         let since = self
             .log(last.saturating_add(1))
             .map_err(ChangeError::During)?;

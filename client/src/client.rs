@@ -16,7 +16,7 @@ use hexsense_core::wire::{
 use super::conversation::{Contact, Conversation, answer_error};
 use super::error::LinkError;
 use super::port;
-use super::transport::Transport;
+use super::transport::{Ended, Transport};
 
 /// A board that has greeted and speaks our version.
 pub struct Client {
@@ -74,6 +74,21 @@ impl Client {
         })
     }
 
+    /// Ends the connection and opens the port again, for a board that went away. Waiting blocks are dropped. After an error
+    /// there is no connection, and the call may be repeated.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn reopen(&mut self) -> Result<(), LinkError> {
+        let port = self.port().to_owned();
+        // The old connection ends first: a port is open to one at a time.
+        self.conversation = Conversation::new(Box::new(Ended { port: port.clone() }));
+        let mut conversation = Conversation::new(port::open(&port)?);
+        self.firmware = conversation.greet()?.firmware;
+        self.conversation = conversation;
+        Ok(())
+    }
+
     /// Version of the board's firmware: major, minor, patch.
     #[must_use]
     pub fn firmware(&self) -> [u8; 3] {
@@ -112,7 +127,7 @@ impl Client {
     /// The next block of samples, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
         self.conversation.block(timeout)
     }
@@ -120,7 +135,7 @@ impl Client {
     /// The next pose, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`super::ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`super::ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
         self.conversation.pose(timeout)
     }
@@ -135,7 +150,7 @@ impl Client {
         self.conversation.forget_blocks();
     }
 
-    /// Who the board is.
+    /// Identity of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -146,7 +161,7 @@ impl Client {
         }
     }
 
-    /// How the board is.
+    /// State of the board.
     ///
     /// # Errors
     /// [`LinkError`].
@@ -173,7 +188,7 @@ impl Client {
         self.conversation.command(&Request::Rate(hz))
     }
 
-    /// Has the board take so many scans at a time.
+    /// Sets how many scans the board takes at a time.
     ///
     /// # Errors
     /// [`LinkError`].

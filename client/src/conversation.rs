@@ -21,7 +21,7 @@ pub const ATTEMPTS: u32 = 3;
 const ANSWER: Duration = Duration::from_millis(1_000);
 /// Pause before a busy board is asked again.
 const BUSY_PAUSE: Duration = Duration::from_millis(20);
-/// Blocks that wait at most; older ones are dropped when nobody takes them.
+/// Blocks that wait at most; the oldest are dropped when no caller takes them.
 const MAX_BLOCKS: usize = 4_096;
 /// Poses that wait at most, older ones being dropped: more than four minutes of them.
 const MAX_POSES: usize = 16_384;
@@ -71,7 +71,7 @@ impl Conversation {
         self.line.port()
     }
 
-    /// Whether the board's clock goes on while nobody waits for it.
+    /// Whether the board's clock goes on while no host waits for it.
     pub fn is_real_time(&self) -> bool {
         self.line.is_real_time()
     }
@@ -117,7 +117,7 @@ impl Conversation {
     /// The next block of samples, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn block(&mut self, timeout: Duration) -> Result<Block, LinkError> {
         self.wait_for(timeout, |waiting| waiting.blocks.pop_front())
     }
@@ -125,7 +125,7 @@ impl Conversation {
     /// The next pose, waiting at most for `timeout`.
     ///
     /// # Errors
-    /// [`ProtocolError::NoSamples`] when none comes, and what the line does.
+    /// [`ProtocolError::NoSamples`] when nothing comes in time, and the errors of the line.
     pub fn pose(&mut self, timeout: Duration) -> Result<PoseReport, LinkError> {
         self.wait_for(timeout, |waiting| waiting.poses.pop_front())
     }
@@ -183,7 +183,7 @@ impl Conversation {
         Err(self.silent(request, ATTEMPTS, start).into())
     }
 
-    /// Asks for something that the board may have to work on for so long, being busy meanwhile.
+    /// Asks for something that takes the board up to `timeout`; it is busy for that time.
     pub fn ask_patiently(
         &mut self,
         request: &Request,

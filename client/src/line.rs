@@ -5,7 +5,7 @@
 //! transport → FrameLine → frames, each with its time of arrival
 //! ```
 //!
-//! This layer repeats no request and waits for no answer: [`super::conversation`] does that for the host tool, and tests
+//! This layer repeats no request and waits for no answer: `conversation` does that for the host tool, and tests
 //! of the board do it in their own way.
 
 use std::time::Duration;
@@ -97,7 +97,7 @@ impl FrameLine {
         self.transport.port()
     }
 
-    /// Whether the clock of the transport goes on while nobody reads.
+    /// Whether the clock of the transport goes on while no host reads.
     #[must_use]
     pub fn is_real_time(&self) -> bool {
         self.transport.is_real_time()

@@ -1,6 +1,6 @@
 //! A virtual board in lockstep: its time goes on only while the host waits for it.
 //!
-//! What passes through the socket is told in docs/virtual-bench.md:
+//! The messages on the socket (see docs/virtual-bench.md):
 //!
 //! ```text
 //! host  → board:  run_us u32 | length u32 | bytes for the board's receiver

@@ -31,9 +31,41 @@ pub trait Transport {
     /// The port as it was asked for.
     fn port(&self) -> &str;
 
-    /// Whether this transport's clock goes on while nobody reads.
+    /// Whether this transport's clock goes on while no host reads.
     fn is_real_time(&self) -> bool {
         true
+    }
+}
+
+/// A connection that has ended.
+pub(super) struct Ended {
+    /// The port that it was to.
+    pub port: String,
+}
+
+impl Ended {
+    fn error(&self) -> TransportError {
+        TransportError::Closed {
+            port: self.port.clone(),
+        }
+    }
+}
+
+impl Transport for Ended {
+    fn write(&mut self, _bytes: &[u8]) -> Result<(), TransportError> {
+        Err(self.error())
+    }
+
+    fn read(&mut self, _into: &mut Vec<u8>, _timeout: Duration) -> Result<(), TransportError> {
+        Err(self.error())
+    }
+
+    fn now(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn port(&self) -> &str {
+        &self.port
     }
 }
 
@@ -70,7 +102,7 @@ pub enum TransportError {
         /// As asked.
         port: String,
     },
-    /// Nobody listens.
+    /// No server listens.
     #[error(
         "cannot connect to {port} ({reason}); is the virtual board running and listening there?"
     )]

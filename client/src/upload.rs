@@ -43,14 +43,14 @@ pub enum UploadError {
         "the board has stored the new coefficients, but reading them back broke off: {0}. See them with `hexsense show`"
     )]
     After(LinkError),
-    /// The bytes read back are others.
+    /// The bytes read back differ.
     #[error(
         "the board reads back another set ({read_back}) than the one uploaded ({uploaded}); upload again, and replace the board if it happens twice"
     )]
     Different {
         /// Identity of the set that was sent.
         uploaded: String,
-        /// Identity of what came back.
+        /// Identity of the set that came back.
         read_back: String,
     },
 }

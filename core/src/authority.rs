@@ -1,9 +1,9 @@
-//! Who may change what the board keeps: whoever has the key and answers a fresh challenge with it.
+//! The right to change what the board keeps: the key holder has it, and proves it by answering a fresh challenge.
 //!
-//! See [`crate::wire::change`] for the exchange. A challenge serves once, right or wrong, and for
-//! [`CHALLENGE_MS`]. After a wrong tag every change is refused for a second, after the next for two, and so on up to
-//! [`MAX_WAIT_MS`]; a right one ends that. Nobody guesses 256 bits; the wait keeps a host that tries from taking
-//! the board's time.
+//! See [`crate::wire::change`] for the exchange. A challenge serves once, right or wrong, and for [`CHALLENGE_MS`].
+//! After a wrong tag the board refuses every change for a second, after the next for two, and so on up to
+//! [`MAX_WAIT_MS`]; a right tag ends that. 256 bits cannot be guessed; the wait protects the board's time from a host
+//! that tries.
 
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
@@ -35,7 +35,7 @@ fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> H
     let mut block = [0; 64];
     block[..key.0.len()].copy_from_slice(&key.0);
     let mut encoded = [0; MAX_CHANGE];
-    // It always fits; a change that did not would have the digest of nothing, which no other has.
+    // A change always fits. If it did not, its digest would be that of no bytes, which no other change has.
     let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
     let mut mac = Hmac::<Sha256>::new(&block.into());
     mac.update(challenge);
@@ -44,7 +44,7 @@ fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> H
     mac
 }
 
-/// The open challenge, and how often wrong tags came.
+/// The open challenge, and the number of wrong tags.
 #[derive(Debug, Default)]
 pub struct Authority {
     open: Option<(Challenge, u64)>,
@@ -53,12 +53,12 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Opens a challenge at `now_ms` (ms since the start); one that was open is void.
+    /// Opens a challenge at `now_ms` (ms since the start); an older one becomes void.
     pub fn open(&mut self, challenge: Challenge, now_ms: u64) {
         self.open = Some((challenge, now_ms));
     }
 
-    /// Whether the change comes from somebody with the key; the challenge is used up.
+    /// Checks that the change comes from the key holder; the challenge is used up.
     ///
     /// # Errors
     /// [`Refusal::BackOff`], [`Refusal::NoChallenge`] and [`Refusal::WrongTag`].
@@ -78,7 +78,7 @@ impl Authority {
         let (challenge, _) = open
             .filter(|(_, at_ms)| now_ms.saturating_sub(*at_ms) <= CHALLENGE_MS)
             .ok_or(Refusal::NoChallenge)?;
-        // Compares in a time that tells nothing of how much was right.
+        // The comparison takes the same time for every wrong tag.
         if mac(key, &challenge, board, change)
             .verify_slice(tag)
             .is_err()

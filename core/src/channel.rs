@@ -1,4 +1,4 @@
-//! The fifteen channels of one scan, and the order in which everything lists them.
+//! The fifteen channels of one scan, and their order everywhere.
 //!
 //! A *scan* is one hardware-triggered conversion of all channels: the nine inertial sensors in three *triads*,
 //! then the six jack displacement transducers. A *count* is what the board reports for one channel of one scan, a `u16`;
@@ -68,8 +68,8 @@ impl Triad {
     }
 }
 
-/// A loop over the first `N` channels that is none in the program, though that is built for size: in the sample path
-/// turns of a loop would cost more than the work in them.
+/// Calls `one` for the first `N` channels. Unrolled: the compiler emits no loop although it builds for size. In the
+/// sample path a turn of a loop would cost more than its work.
 #[inline(always)]
 pub fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
     const { assert!(N == JACKS || N == INERTIAL || N == CHANNELS) };

@@ -1,4 +1,4 @@
-//! CRC-32 as in Ethernet (IEEE 802.3; CRC-32/ISO-HDLC), one table for all that need it.
+//! CRC-32 as in Ethernet (IEEE 802.3; CRC-32/ISO-HDLC), with one table for all users.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 

@@ -1,7 +1,7 @@
 //! Linear least squares with few unknowns, row by row and without allocation.
 //!
-//! The normal equations are accumulated in `f64`; every fit of this crate has well-scaled columns (sines, fractions
-//! of a window, unit-sized physical quantities), for which that loses nothing:
+//! The normal equations are summed in `f64`. Every fit of this crate has well-scaled columns (sines, fractions of a
+//! window, unit-sized physical quantities), so this costs no accuracy:
 //!
 //! ```text
 //! minimise Σ w (y − x·β)²     ⇒  (Σ w x xᵀ) β = Σ w x y      cov β = σ² (Σ w x xᵀ)⁻¹
@@ -10,15 +10,15 @@
 use nalgebra::{SMatrix, SVector};
 
 /// Least part of a column, in squares, that the other columns must leave unexplained for it to be determined: well
-/// above what rounding leaves of nothing.
+/// above the rounding errors of a column that they explain completely.
 const LEAST_UNEXPLAINED: f64 = 1e-12;
 
 /// Normal equations of a fit with `P` unknowns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NormalEquations<const P: usize>(SharedEquations<P, 1>);
 
-/// Normal equations of `C` fits that have the same columns and weights and each its own values: the matrix, which is
-/// most of the work, is formed and inverted once.
+/// Normal equations of `C` fits with the same columns and weights and different values: the matrix, most of the work,
+/// is formed and inverted once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedEquations<const P: usize, const C: usize> {
     gram: SMatrix<f64, P, P>,

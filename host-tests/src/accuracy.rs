@@ -1,13 +1,13 @@
-//! How exact the board's estimator is on noise-free counts, over the whole range of drives.
+//! Accuracy of the board's estimator on noise-free counts, over the whole range of drives.
 //!
 //! | error | of the board's sums, against |
 //! |---|---|
 //! | `of_arithmetic` | least squares in `f64` on the very block sums: tables, integers and the solution |
 //! | `of_blocks` | least squares in `f64` on single scans, with the block that the host chooses |
-//! | `of_counts` | the sine before it was rounded to whole counts: what no estimator can do anything about |
+//! | `of_counts` | the sine before its rounding to whole counts, an error of every estimator |
 //!
-//! Each is the largest of sixteen phases, the distance of two first harmonics as complex numbers over the amplitude. A
-//! signal without offset fills the converter's range; one that rides on gravity has 3000 counts for 1 m/s².
+//! Each is the largest over sixteen phases: the distance of two first harmonics as complex numbers over the amplitude.
+//! A signal without offset fills the converter's range; one that rides on gravity has 3000 counts for 1 m/s².
 
 use std::f64::consts::TAU;
 use std::sync::Mutex;
@@ -32,7 +32,7 @@ pub struct Case {
     pub rate_hz: u32,
     /// Drive frequency, Hz.
     pub frequency_hz: f64,
-    /// Periods that are summed, nearly.
+    /// Summed periods, nearly.
     pub periods: f64,
     /// Offset over amplitude.
     pub offset: f64,
@@ -41,11 +41,11 @@ pub struct Case {
 /// What was found of a case.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Errors {
-    /// What was estimated.
+    /// The case.
     pub case: Case,
-    /// Scans of a block, as the host chooses it.
+    /// Scans of a block, as a host chooses it.
     pub block: usize,
-    /// Scans that were summed.
+    /// Summed scans.
     pub scans: usize,
     /// See the module.
     pub of_arithmetic: f64,
@@ -56,7 +56,7 @@ pub struct Errors {
 }
 
 /// Cases of the published table, then a grid of frequencies off the table of sines and of the rates, with and without
-/// gravity, from one period to a hundred; those of more than `most_scans` are left out.
+/// gravity, from one period to a hundred. Cases of more than `most_scans` are left out.
 #[must_use]
 pub fn cases(most_scans: f64) -> Vec<Case> {
     let published = include_str!("../tests/data/estimator_f32_errors.csv");
@@ -86,7 +86,7 @@ pub fn cases(most_scans: f64) -> Vec<Case> {
     });
     let scans = |case: &Case| case.periods * f64::from(case.rate_hz) / case.frequency_hz;
     let mut cases: Vec<Case> = published.chain(grid).collect();
-    // Thirteen blocks are needed, and five harmonics within twelve scans are no case.
+    // Thirteen blocks are needed; five harmonics within twelve scans are not a case.
     cases.retain(|case| (50.0..=most_scans).contains(&scans(case)));
     cases.sort_by(|a, b| scans(b).total_cmp(&scans(a)));
     cases
@@ -113,7 +113,7 @@ pub fn measure(cases: &[Case]) -> Vec<Errors> {
 }
 
 impl Case {
-    /// The drive that a host asks for beside no disturbance.
+    /// The drive that a host chooses without a disturbance.
     fn drive(&self) -> Drive {
         let rate = f64::from(self.rate_hz);
         let block = largest_block(self.frequency_hz, rate, self.periods, &[], 0.0)
@@ -190,7 +190,7 @@ impl Case {
 
     /// First harmonics by the board's sums.
     fn board(&self, drive: &Drive) -> [Harmonic; PHASES] {
-        // One more phase than an analyser has channels.
+        // One phase more than an analyser has channels.
         let mut analysers = [Analyser::new(), Analyser::new()];
         analysers
             .iter_mut()

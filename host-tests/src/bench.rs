@@ -1,7 +1,7 @@
-//! The twin read by a converter that is a few lines long: the same counts as the board's, in distribution.
+//! The twin read by a short model of a converter: the same counts as the board's, in distribution.
 //!
-//! The converter has the gain, offset, noise and supply that the twin tells every board; conversions are taken at the
-//! instants of the scan by the board's wrong clock. What is left out is everything that makes the board a board.
+//! The converter has the gain, offset, noise and supply that the twin gives to every board. It converts at the instants
+//! of the scan by the board's inexact clock. No other part of the board is modelled.
 
 use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, Scan};
@@ -33,7 +33,7 @@ const SUPPLY: usize = COLUMNS.len() - 1;
 pub struct Movement {
     name: String,
     program: Program,
-    /// What the jacks are told; nothing when the base rests.
+    /// The jack program; none when the base rests.
     jacks: Option<twin::Program>,
     /// Recorded at rest at the end, s.
     rest_s: f64,
@@ -67,7 +67,7 @@ impl Movement {
 pub struct Laboratory {
     bench: Bench,
     noise: ChaCha8Rng,
-    /// The chunk being read and the one before: channels of a scan may lie on both sides of their border.
+    /// The chunk in use and the one before: channels of a scan may lie on both sides of their border.
     rows: [Vec<f32>; 2],
     chunk: usize,
     scan: u64,
@@ -77,7 +77,7 @@ impl Laboratory {
     /// The twin of a seed on a base.
     ///
     /// # Panics
-    /// When the base is no base: these are tests.
+    /// When the base is not usable: these are tests.
     #[must_use]
     pub fn new(seed: u64, base: &GeometryFile) -> Self {
         let geometry = Geometry::parse(&base.text).expect("a usable geometry");
@@ -95,7 +95,7 @@ impl Laboratory {
         }
     }
 
-    /// Records a movement: tells the controller, and scans until it is over.
+    /// Records a movement: tells the controller, and scans until the movement is over.
     ///
     /// # Panics
     /// When the controller refuses it: these are tests.
@@ -146,7 +146,7 @@ impl Laboratory {
         self.scan += 1;
     }
 
-    /// The supply as the board measures it: by its reference, whose reading at 3 V the factory left rounded.
+    /// The supply as the board measures it: by its reference, whose reading at 3 V the factory rounded.
     fn supply_factor(&self, supply_v: f64) -> f64 {
         let board = self.bench.board();
         let factory = (board.vrefint_v / 3.0 * 4096.0).round();
@@ -155,7 +155,7 @@ impl Laboratory {
         3.0 * factory / code / 3.3
     }
 
-    /// A column at a true time, between rows by a straight line; makes chunks as needed.
+    /// A column at a true time, linear between rows; makes chunks as needed.
     fn at(&mut self, time_s: f64, column: usize) -> f64 {
         let place = time_s / STEP_S;
         let chunk = place as usize / CHUNK_STEPS;

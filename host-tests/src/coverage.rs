@@ -1,7 +1,7 @@
-//! Whether the stated uncertainties are honest: many campaigns, and how often the truth lies inside.
+//! Whether the stated uncertainties are right: the share of many campaigns in which the truth lies inside.
 //!
-//! Each campaign has a twin of its own seed, the motion bases in turn. For each coefficient the share of campaigns
-//! is counted in which the truth lies inside the stated 95 % interval; by chance alone that share scatters by
+//! Each campaign has a twin of its own seed, on the motion bases in turn. For each coefficient the program counts the
+//! share of campaigns with the truth inside the stated 95 % interval; by chance alone that share scatters by
 //! √(0.95·0.05/n), 0.7 % for a thousand campaigns.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,7 +21,8 @@ use crate::bench::{Laboratory, Movement};
 /// One coefficient over all campaigns.
 #[derive(Debug, Clone, Serialize)]
 pub struct Coefficient {
-    /// Channel or triad and what of it: `ax.gain`, `ax.offset`, `ax.y` (counts of ay in the value of ax), `linear.delay`.
+    /// Name of channel or triad and quantity: `ax.gain`, `ax.offset`, `ax.y` (counts of ay in the value of ax),
+    /// `linear.delay`.
     pub name: String,
     /// Share of campaigns in which the truth lies inside the 95 % interval.
     pub coverage: f64,
@@ -65,7 +66,7 @@ impl Site {
     /// Plays and records the campaign of a seed.
     ///
     /// # Panics
-    /// When the twin does not do as it is told: these are tests.
+    /// When the twin refuses: these are tests.
     #[must_use]
     pub fn record(&self, seed: u64) -> Vec<Run> {
         let mut laboratory = Laboratory::new(seed, &self.base);
@@ -78,7 +79,7 @@ impl Site {
     /// Evaluates recorded runs; `papers` is the sensor file.
     ///
     /// # Errors
-    /// [`AnalysisError`] when the campaign does not come out.
+    /// [`AnalysisError`] when the campaign cannot be evaluated.
     ///
     /// # Panics
     /// When the papers are not usable: these are tests.
@@ -90,7 +91,7 @@ impl Site {
     /// Plays, records and evaluates the campaign of a seed; `papers` is the sensor file.
     ///
     /// # Errors
-    /// [`AnalysisError`] when the campaign does not come out.
+    /// [`AnalysisError`] when the campaign cannot be evaluated.
     pub fn campaign(&self, seed: u64, papers: &str) -> Result<Analysis, AnalysisError> {
         self.analyse(&self.record(seed), papers)
     }
@@ -133,9 +134,9 @@ impl Site {
 pub struct Judged {
     /// As in [`Coefficient::name`].
     pub name: String,
-    /// What the campaign found.
+    /// The estimate of the campaign.
     pub measured: Measured,
-    /// What is true.
+    /// The true value.
     pub truth: f64,
 }
 
@@ -153,7 +154,7 @@ impl Judged {
     }
 }
 
-/// Simulates `campaigns` campaigns with seeds from `first_seed` on all cores; `done` is told of each that is finished.
+/// Simulates `campaigns` campaigns with seeds from `first_seed` on all cores; calls `done` after each.
 #[must_use]
 pub fn coverage(campaigns: u64, first_seed: u64, done: impl Fn() + Sync) -> Coverage {
     let sites: Vec<Site> = preset_names().into_iter().map(Site::new).collect();

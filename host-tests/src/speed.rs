@@ -1,16 +1,16 @@
-//! How long kinematics takes.
+//! The time that kinematics takes.
 //!
-//! | figure | what is timed |
+//! | figure | timed work |
 //! |---|---|
 //! | cold | [`Solver::solve`], from home, one call after another: ten thousand random poses, uniform within ±0.1 m and ±12° in each coordinate |
 //! | warm | [`Solver::track`], from the pose before: ten seconds of a 1 Hz movement of ±0.1 m and ±12° in all six coordinates, at 1 kHz |
-//! | inverse | [`inverse`] of the random poses |
+//! | inverse | [`inverse()`] of the random poses |
 //! | batch | a million samples of the movement by [`Tracker`], in blocks of 1024 shared out to all cores, as `hexsense kinematics pose` solves them |
 //!
 //! The base has hinge radii of 0.75 m (lower, pairs 20° apart) and 0.5 m (upper, pairs 20° apart, turned by 60°) and
-//! home at 0.8 m; solutions are exact to 1e-10 m. A time is the median over rounds of the mean of a round, and the
-//! rounds of the first three figures take turns, so that what else the machine does for a while has no part in them and
-//! their ratios hold. Only an optimised build measures anything.
+//! home at 0.8 m; solutions are exact to 1e-10 m. A time is the median over rounds of the mean of a round. The rounds
+//! of the first three figures take turns, so that other load of the machine affects all of them and their ratios hold.
+//! Only an optimised build gives a meaningful time.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -28,17 +28,17 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
 
-/// Poses: more than a branch predictor learns by heart.
+/// Number of poses: more than a branch predictor can learn.
 const POSES: usize = 10_000;
-/// Calls of a round, which takes the next of the poses: so few that a scheduler seldom comes between.
+/// Calls of a round, which takes the next of the poses: so few that the scheduler seldom interrupts.
 const CALLS: usize = 500;
 /// Samples of a period of the movement.
 const PERIOD: usize = 1_000;
-/// Rounds that a median is taken of.
+/// Rounds of a median.
 const ROUNDS: usize = 4_000;
 /// Samples of the batch.
 const BATCH: usize = 1_000_000;
-/// Samples after which a tracker begins anew.
+/// Samples after which a tracker starts again.
 const BLOCK: usize = 1024;
 /// Rounds of the batch.
 const BATCH_ROUNDS: usize = 5;
@@ -71,7 +71,7 @@ pub struct Forward {
     pub iterations_mean: f64,
     /// Greatest number of iterations.
     pub iterations_max: u32,
-    /// Poses that were not found, or found more than 1e-9 m or rad from where they are.
+    /// Poses that were not found, or found more than 1e-9 m or rad from the true pose.
     pub failed: usize,
 }
 
@@ -91,7 +91,7 @@ pub struct Batch {
     pub threads: usize,
 }
 
-/// A base and poses of it, for another program to solve.
+/// A base and its poses, for another program to solve.
 #[derive(Debug, Clone, Serialize)]
 pub struct Cases {
     /// Lower hinges, axes with Y up, m.
@@ -155,7 +155,7 @@ pub fn measure() -> Figures {
     }
 }
 
-/// The poses that a round takes. The movement is periodic: before its first pose comes its last.
+/// The poses of a round. The movement is periodic: its last pose comes before its first.
 fn calls(round: usize) -> Range<usize> {
     let start = round * CALLS % POSES;
     start..start + CALLS
@@ -208,7 +208,7 @@ fn all_lengths(geometry: &Geometry<f64>, poses: &[Pose<f64>]) -> Vec<[f64; 6]> {
     poses.iter().map(|pose| inverse(geometry, pose)).collect()
 }
 
-/// Sample after sample, each from the pose before.
+/// Solves sample after sample, each from the pose before.
 fn track(
     solver: &Solver<f64>,
     lengths: &[[f64; 6]],
@@ -224,7 +224,7 @@ fn track(
     })
 }
 
-/// Counts the iterations, and the answers that are not the poses.
+/// Counts the iterations, and the wrong or missing answers.
 fn judge(ns: f64, poses: &[Pose<f64>], answers: impl Iterator<Item = Found>) -> Forward {
     let mut iterations = Vec::new();
     for (answer, pose) in answers.zip(poses) {
@@ -270,7 +270,7 @@ fn batch(solver: &Solver<f64>, movement: &[[f64; 6]]) -> Batch {
     }
 }
 
-/// Medians over `rounds` of the time of one of the `calls` that each of the works makes, ns; the works take turns.
+/// Medians over `rounds` of the time of one of the `calls` of each kind of work, ns; the kinds take turns.
 fn medians_ns<const N: usize>(
     rounds: usize,
     calls: usize,

@@ -6,11 +6,11 @@ use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::sensor_file::SensorFile;
 use host_tests::coverage::{Coefficient, Site, coverage};
 
-/// Enough to see a wrong sign, a forgotten term or a doubled one; `cargo xtask coverage` is the whole statistic.
+/// Enough seeds to see a wrong sign, a forgotten term or a doubled one; `cargo xtask coverage` is the whole statistic.
 const CAMPAIGNS: u64 = 20;
 
-/// Coefficients of one kind, and how many of them err independently in a campaign: the offset of the converter is in
-/// all nine offsets.
+/// Coefficients of one kind, and the number of them that err independently in a campaign: the offset of the converter
+/// is in all nine offsets.
 const KINDS: [(&[&str], u64); 4] = [
     (&[".offset"], 1),
     (&[".gain"], 9),
@@ -103,7 +103,7 @@ fn the_second_harmonic_tells_an_estimated_arm_that_is_wrong_by_a_tenth_of_a_metr
     }
 }
 
-/// The holds know the gains of ax and az against gravity and nothing else.
+/// The holds determine the gains of ax and az against gravity and nothing else.
 #[test]
 fn an_uncertain_gravity_makes_the_gains_of_ax_and_az_as_uncertain() {
     let papers = twin::papers::sensor_file(4);

@@ -1,4 +1,4 @@
-//! Whole campaigns that were given too little time to settle, or whose jacks are noisy: the budget sees it.
+//! Whole campaigns with too little time to settle, or with noisy jacks: the budget contains the effect.
 
 use hexsense_core::channel::INERTIAL;
 use hexsense_probe::analysis::Run;
@@ -25,7 +25,7 @@ fn with_holds(run: &Run) -> bool {
     run.name == "pitch" || run.name == "roll"
 }
 
-/// The accelerometers show `part` of every change late, by a first-order lag of `lag_s`; what they settle to is right.
+/// The accelerometers show `part` of every change late, by a first-order lag of `lag_s`; their settled value is right.
 fn creep(runs: &mut [Run], part: f64, lag_s: f64) {
     for run in runs.iter_mut().filter(|run| with_holds(run)) {
         for channel in 0..3 {
@@ -39,7 +39,7 @@ fn creep(runs: &mut [Run], part: f64, lag_s: f64) {
     }
 }
 
-/// The angular accelerometers and rate gyros jump by `counts` when the estimate begins and come back with `decay_s`.
+/// The angular accelerometers and rate gyros jump by `counts` at the start of the estimate and return with `decay_s`.
 fn jump(runs: &mut [Run], turns: &[Sweep], counts: f64, decay_s: f64) {
     for turn in turns {
         let run = runs.iter_mut().find(|run| run.name == turn.name).unwrap();
@@ -52,7 +52,7 @@ fn jump(runs: &mut [Run], turns: &[Sweep], counts: f64, decay_s: f64) {
     }
 }
 
-/// What a cause gives to the gain of a channel, relative.
+/// The effect of a cause on the gain of a channel, relative.
 fn term(results: &Results, channel: usize, cause: &str) -> f64 {
     let terms = results.channels[channel].budget.iter();
     let of_cause = terms.filter(|term| term.cause == cause);
@@ -71,8 +71,8 @@ fn settling(results: &Results, from: usize) -> f64 {
 #[test]
 fn transients_that_have_not_settled_widen_the_budget_and_the_truth_stays_inside() {
     let site = Site::new(BASE);
-    // Inside of 13 coefficients of the accelerometers and 26 of the others in each campaign; by chance fewer than 45 and
-    // 92 in one case of a hundred.
+    // Expected inside: 13 coefficients of the accelerometers and 26 of the others in each campaign; by chance fewer
+    // than 45 and 92 in one case of a hundred.
     let (mut linear, mut angular) = (0, 0);
     for seed in SEEDS {
         let (mut runs, papers) = (site.record(seed), sensor_file(seed));
@@ -121,7 +121,7 @@ fn disturb(runs: &mut [Run], deviation: f64, seed: u64) {
     }
 }
 
-/// Forty draws know the observed deviation to 11 %, and ten blocks of a hold each stated one to 20 %.
+/// Forty draws determine the observed deviation to 11 %, and ten blocks of a hold each stated one to 20 %.
 #[test]
 fn the_stated_jack_noise_is_the_scatter_of_the_gains_under_noisy_jacks() {
     let (site, base) = (Site::new(BASE), GeometryFile::load(BASE).unwrap());

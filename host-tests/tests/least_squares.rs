@@ -1,4 +1,4 @@
-//! The linear fit: known lines, weights, covariance, and rows that do not suffice.
+//! The linear fit: known lines, weights, covariance, and too few rows.
 
 use approx::assert_relative_eq;
 use hexsense_core::least_squares::NormalEquations;
@@ -50,7 +50,7 @@ fn a_weight_counts_as_that_many_rows() {
 #[test]
 fn rows_that_do_not_determine_every_unknown_are_refused() {
     assert_eq!(NormalEquations::<3>::default().solve(), None);
-    // The third column is the sum of the others, but for rounding, which falls one way here and the other there.
+    // The third column is the sum of the others, except for rounding, whose direction varies.
     for case in 1..=100 {
         let mut equations = NormalEquations::<3>::default();
         for index in 0..50 {
@@ -59,7 +59,7 @@ fn rows_that_do_not_determine_every_unknown_are_refused() {
             equations.add(&Vector3::new(a, b, a + b), 1.0, 1.0);
         }
         assert_eq!(equations.solve(), None, "case {case}");
-        // One row that tells them apart by a ten-thousandth is enough.
+        // One row that separates them by a ten-thousandth is enough.
         equations.add(&Vector3::new(1.0, 1.0, 2.0001), 1.0, 1.0);
         assert!(equations.solve().is_some(), "case {case}");
     }

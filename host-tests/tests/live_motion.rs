@@ -1,4 +1,4 @@
-//! The board's amplitude of the pose and its calibration factors, from jacks that carried a base along a known sine.
+//! The board's amplitude of the pose and its calibration factors, from jacks that move a base along a known sine.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ const OMEGA: f64 = TAU * 0.5;
 /// Points of the period at which the jacks are read.
 const POINTS: usize = 360;
 
-/// What the board finds of a base that moves by `amplitude` along coordinate `driven` (X, Y, Z, roll, yaw, pitch), while
+/// The board's result for a base that moves by `amplitude` along coordinate `driven` (X, Y, Z, roll, yaw, pitch), while
 /// every sensor shows 2000 counts.
 fn found(preset: &str, driven: usize, amplitude: f64) -> Motion {
     let geometry = GeometryFile::load(preset).unwrap().geometry;
@@ -52,7 +52,7 @@ fn the_amplitude_of_the_driven_coordinate_is_found_and_the_others_stand_still() 
     for preset in preset_names() {
         let geometry = GeometryFile::load(preset).unwrap().geometry;
         let stroke_m = geometry.length_max_m() - geometry.length_min_m();
-        // Small to what a calibration drives: an eighth of the stroke, and 6° in rotation.
+        // Small against the drive of a calibration: an eighth of the stroke, and 6° in rotation.
         for (driven, amplitude) in (0..6).flat_map(|axis| {
             let most = if axis < 3 { stroke_m / 8.0 } else { 0.1 };
             [(axis, 0.1 * most), (axis, most)]

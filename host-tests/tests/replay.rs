@@ -1,4 +1,4 @@
-//! The board's sums made again from a capture file: equal in every integer, or refused by name.
+//! The board's sums, made again from a capture file: equal in every integer, or refused by name.
 
 use std::path::Path;
 
@@ -13,8 +13,8 @@ use hexsense_probe::replay::{ReplayError, replay};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a board does in one run: three analysers on its scans, and every scan on its way to the host but those of
-/// `lost`, a range of scan counters.
+/// A board's work in one run: three analysers on its scans, and all scans sent to the host except those of `lost`, a
+/// range of scan counters.
 fn recorded(
     block: BlockSize,
     rate_hz: u32,
@@ -150,7 +150,7 @@ fn a_sum_that_is_off_by_one_is_named() {
         spoilt(&|sums| sums.channels[4].sine[0] -= 1),
         "ey, sum sine 1:",
     );
-    // Sums of the next block's scans are others.
+    // The sums of the next block have other scans.
     assert!(spoilt(&|sums| sums.first_scan += 4).contains("the scans of the capture give"));
 }
 

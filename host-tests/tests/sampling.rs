@@ -1,4 +1,4 @@
-//! The sample path: right, the same on every machine, and blind to the supply.
+//! The sample path: correct, the same on every machine, and independent of the supply.
 
 use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
@@ -91,7 +91,7 @@ proptest! {
         }
     }
 
-    /// The same voltages, converted at another supply: the counts differ, the values by a rounded count at most.
+    /// The same voltages, converted at another supply: the counts differ, and the values by one rounded count at most.
     #[test]
     fn the_supply_factor_cancels_a_change_of_supply(
         triads in any_triads(), volts in [0.1_f64..2.8; 1], spread in 0.0_f64..0.01, supply_v in 3.0_f64..3.6,
@@ -219,7 +219,7 @@ fn instants_are_the_middles_of_sixteen_conversions_one_after_another() {
             NAMES[channel]
         );
     }
-    // A scan is over before the next begins, at every rate, and a block is a whole number of scans.
+    // A scan ends before the next begins, at every rate, and a block is a whole number of scans.
     let scan_s = INERTIAL as f64 * rank_s;
     assert!(
         FACTS

@@ -1,8 +1,8 @@
-//! Ctrl-C, and the system's request to end: what is under way stops in order instead of being killed.
+//! Ctrl-C, and the system's request to end: a recording stops in order instead of being killed.
 //!
-//! The signal only raises a flag. Whoever records looks at it between two blocks, tells the motion controller to bring the
-//! base home, stops the stream and leaves the capture readable. A second signal ends hexsense at once; so does the first
-//! one when nothing is under way, which is safe because files are replaced at once or not at all.
+//! The signal only raises a flag. The recording reads the flag between two blocks, tells the motion controller to bring the
+//! base home, stops the stream and leaves the capture readable. A second signal ends hexsense at once. The first one does
+//! so too when nothing is recorded; that is safe, because files are replaced whole or not at all.
 
 use std::error::Error;
 use std::io;
@@ -13,20 +13,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// Status with which hexsense ends after it was asked to stop: what a shell reports of Ctrl-C.
+/// Exit status after a request to stop: the one that a shell reports of Ctrl-C.
 pub const STATUS: u8 = 130;
 
-/// Whether somebody asked to stop.
+/// A flag that a request to stop raises.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
-/// It was asked to stop.
+/// A request to stop came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("stopped on request")]
 pub struct Interrupted;
 
 impl Interrupt {
-    /// An interrupt that Ctrl-C and the system's request to end raise, as long as what is returned lives.
+    /// An interrupt that Ctrl-C and the system's request to end raise, as long as the returned value lives.
     ///
     /// # Errors
     /// When the system does not let signals be handled.
@@ -47,7 +47,7 @@ impl Interrupt {
         self.0.store(true, Ordering::SeqCst);
     }
 
-    /// Goes on unless somebody asked to stop.
+    /// Returns an error after a request to stop.
     ///
     /// # Errors
     /// [`Interrupted`].
@@ -80,7 +80,8 @@ impl Drop for Watched {
     }
 }
 
-/// Has a file that grows beyond what the system allows be an error that names it, where it would end hexsense unheard.
+/// Turns a file that grows beyond the system's limit into an error that names it. Without this the system ends hexsense
+/// without a message.
 ///
 /// # Errors
 /// When the system does not let signals be handled.

@@ -5,29 +5,32 @@
 //! |---|---|
 //! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
-//! | [`reconnect`] | a board that went away, and comes back |
 //! | [`known_board`] | the board that is assumed where none can be asked |
 //! | [`key_file`] | the key without which nothing on the board can be changed |
-//! | [`motion`] | who drives the base: a person at its controller, or the twin |
-//! | [`record`] | one run: from the stream of scans to a [`capture`] |
+//! | [`motion`] | the drive of the base: a person at its controller, or the twin |
+//! | [`record`] | from the board's stream to a [`capture`], run by run |
 //! | [`campaign`] | the folder that all this is kept in |
 //! | [`replay`] | the board's harmonic sums made again from a capture |
 //! | [`analysis`] | from captures to coefficients with their uncertainties |
+//! | [`evaluation`] | from a recorded campaign to its analysis and its coefficient set |
 //! | [`board_pose`] | the board's own poses against double precision |
 //! | [`coefficient_file`] | a coefficient set that people can read |
-//! | [`report`] | all of it on one page, for whoever must trust the coefficients |
-//! | [`interrupt`] | Ctrl-C, which stops what is under way in order |
+//! | [`report`] | all of it on one page, for the reader who must trust the coefficients |
+//! | [`board_events`] | what went wrong on the board, in words and in JSON |
+//! | [`interrupt`] | Ctrl-C, which stops a recording in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
+pub mod board_events;
 pub mod board_pose;
 pub mod campaign;
 pub mod capture;
 pub mod cli;
 pub mod coefficient_file;
 pub mod date;
+pub mod evaluation;
 pub mod files;
 pub mod geometry_file;
 pub mod interrupt;
@@ -35,7 +38,6 @@ pub mod key_file;
 pub mod known_board;
 pub mod motion;
 pub mod plan;
-pub mod reconnect;
 pub mod record;
 pub mod replay;
 pub mod report;

@@ -155,7 +155,7 @@ fn lost_blocks_are_a_gap_in_the_capture_and_refused_by_the_analysis() {
         capture
             .gaps()
             .iter()
-            .map(|gap| gap.missing)
+            .map(|gap| gap.scans)
             .collect::<Vec<_>>(),
         [32]
     );

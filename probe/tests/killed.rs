@@ -90,6 +90,17 @@ fn a_killed_capture_leaves_everything_up_to_the_last_second() {
     let note = std::fs::read(folder.path().join("run.json.part")).unwrap();
     let note: Value = serde_json::from_slice(&note).unwrap();
     assert_eq!(note["rate_hz"], 1_000);
+    // The killed process left the stream on; commands that only ask leave it so.
+    for command in ["status", "info", "log", "history", "show"] {
+        let output = hexsense(folder.path(), &port, &[command]).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", said(&output));
+        assert!(board.lock().unwrap().streams(), "{command}");
+    }
+    let again = ["capture", "--seconds", "0.02", "--rate", "2000"];
+    let again = [&again[..], &["--block", "1", "--out", "run.csv"]].concat();
+    let output = hexsense(folder.path(), &port, &again).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(!board.lock().unwrap().streams());
 }
 
 #[test]
@@ -106,7 +117,7 @@ fn a_capture_asked_to_stop_stops_the_stream_and_says_where_the_scans_are() {
         assert_eq!(output.status.code(), Some(130), "{text}");
         for says in [
             "the recording broke off: stopped on request",
-            "the board goes on sampling",
+            "the board keeps sampling",
             "scans are in run.csv.part, and what they belong to in run.json.part",
             "hexsense capture --seconds 60 --out run.csv",
         ] {
@@ -207,15 +218,18 @@ fn a_capture_goes_on_across_a_cut_line_with_a_gap() {
     let output = hexsense(folder.path(), &port, &arguments).output().unwrap();
     let text = said(&output);
     assert!(output.status.success(), "{text}");
-    assert!(text.contains("what is missing is a gap"), "{text}");
+    assert!(
+        text.contains("the scans that are missing are a gap"),
+        "{text}"
+    );
     let capture = Capture::load(&folder.path().join("run.csv")).unwrap();
     let [gap] = capture.gaps()[..] else {
         panic!("{:?}", capture.gaps())
     };
-    assert!(gap.missing >= 16 * AWAY_BLOCKS, "{gap:?}");
+    assert!(gap.scans >= 16 * AWAY_BLOCKS, "{gap:?}");
     let note = std::fs::read(folder.path().join("run.json")).unwrap();
     let note: Value = serde_json::from_slice(&note).unwrap();
-    assert_eq!(note["scans_lost"], gap.missing);
+    assert_eq!(note["scans_lost"], gap.scans);
     assert!(!folder.path().join("run.json.part").exists());
 }
 
@@ -231,7 +245,7 @@ fn a_capture_does_not_go_on_across_a_restart() {
     let text = said(&output);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(
-        text.contains("the board has started anew (PowerOn)") && text.contains("run.csv.part"),
+        text.contains("the board has restarted (PowerOn)") && text.contains("run.csv.part"),
         "{text}"
     );
     let (capture, _) = Capture::salvage(&folder.path().join("run.csv.part")).unwrap();

@@ -113,6 +113,7 @@ fn nasa_case() -> ([f64; 6], [f64; 6]) {
 fn nasas_published_pose_has_its_published_lengths_and_they_have_the_pose() {
     let (pose, lengths) = nasa_case();
     let folder = nasa();
+    // The former name of the command is taken too.
     let found = table(&folder, "legs --poses - --convention xyz", &csv(&pose));
     // Lengths that a symmetric pose makes equal differ by 0.002 units in the published table.
     assert_near(&legs(&found)[0], &lengths, 2.5e-5);
@@ -130,13 +131,13 @@ fn mathworks_demo_has_its_published_lengths_at_its_home_in_z_up_axes() {
     for convention in ["zyx", "xyz"] {
         let found = table(
             &mathworks(),
-            &format!("legs --poses - --convention {convention}"),
+            &format!("jacks --poses - --convention {convention}"),
             "0,0,2,0,0,0",
         );
         assert_near(&legs(&found)[0], &[3.153800684; 6], 1e-9);
     }
     // The default has Y up.
-    let found = table(&mathworks(), "legs --poses -", "0,2,0,0,0,0");
+    let found = table(&mathworks(), "jacks --poses -", "0,2,0,0,0,0");
     assert_near(&legs(&found)[0], &[3.153800684; 6], 1e-9);
 }
 
@@ -152,10 +153,10 @@ fn the_three_conventions_are_three_different_poses_and_each_comes_back() {
         let option = format!("--convention {convention}");
         let lengths = table(
             &mathworks(),
-            &format!("legs --poses - {option}"),
+            &format!("jacks --poses - {option}"),
             &csv(&pose),
         );
-        let found = table(&mathworks(), &format!("pose --legs - {option}"), &lengths);
+        let found = table(&mathworks(), &format!("pose --jacks - {option}"), &lengths);
         assert_near(&poses(&found)[0], &pose, 1e-9);
         printed.push(legs(&lengths)[0]);
     }
@@ -176,7 +177,7 @@ fn a_seed_decides_the_branch_and_the_rows_after_it_stay_there_until_they_jump() 
         let (roll, pitch, yaw) = (n[11].atan2(n[12]), (-n[10]).asin(), n[7].atan2(n[4]));
         let pose = [n[1], n[2], n[3], roll, pitch, yaw];
         let lengths = "1.0,0.645275,1.086284,1.503439,1.281933,0.771071\n".repeat(3);
-        let seed = format!("pose --legs - --convention zyx --seed {}", csv(&pose));
+        let seed = format!("pose --jacks - --convention zyx --seed {}", csv(&pose));
         let found = poses(&table(&folder, &seed, &lengths));
         assert_eq!(found.len(), 3);
         for found in found {
@@ -189,8 +190,8 @@ fn a_seed_decides_the_branch_and_the_rows_after_it_stay_there_until_they_jump() 
 #[test]
 fn a_jump_is_solved_from_home_and_said_so() {
     let input = "0,0,2,0,0,0\n0.01,0,2,0,0,0\n0.4,0,2.2,0,0,0.2\n";
-    let lengths = table(&mathworks(), "legs --poses - --convention zyx", input);
-    let seed = "pose --legs - --convention zyx --seed 0.01,-0.01,2,0,0,0";
+    let lengths = table(&mathworks(), "jacks --poses - --convention zyx", input);
+    let seed = "pose --jacks - --convention zyx --seed 0.01,-0.01,2,0,0,0";
     let output = run(&mathworks(), seed, &lengths);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.ends_with("from the row before: 1\n"), "{said}");
@@ -206,10 +207,10 @@ fn a_long_table_keeps_its_order_and_stops_at_its_bad_row() {
     for row in 0..30_000 {
         input += &format!("n,{},0,0,0,0,0\n", height(row));
     }
-    let lengths = table(&mathworks(), "legs --poses - --convention zyx", &input);
+    let lengths = table(&mathworks(), "jacks --poses - --convention zyx", &input);
     let found = poses(&table(
         &mathworks(),
-        "pose --legs - --convention zyx",
+        "pose --jacks - --convention zyx",
         &lengths,
     ));
     assert_eq!(found.len(), 30_000);
@@ -219,7 +220,7 @@ fn a_long_table_keeps_its_order_and_stops_at_its_bad_row() {
 
     // The row after line 20,000, counted with the header, says nothing.
     let bad = input.replace(&format!("n,{},", height(19_999)), "n,high,");
-    let output = run(&mathworks(), "legs --poses - --convention zyx", &bad);
+    let output = run(&mathworks(), "jacks --poses - --convention zyx", &bad);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success());
     assert_eq!(
@@ -237,51 +238,55 @@ fn rows_that_are_no_rows_are_refused_with_file_line_and_reason() {
     let home = csv(&[3.153800684; 6]);
     let cases = [
         (
-            "legs --poses -",
+            "jacks --poses -",
             "",
             "standard input, line 1: there is no row",
         ),
         (
-            "legs --poses -",
+            "jacks --poses -",
             "0,2,0,0,0\n",
             "line 1: 5 cells; there must be 6",
         ),
         (
-            "legs --poses -",
+            "jacks --poses -",
             "0,2,0,0,0,0\n\n0,2,0,0,nan,0\n",
             "line 3: \"nan\"",
         ),
-        ("legs --poses -", "0,2,0,0,,0\n", "line 1: \"\""),
-        ("legs --poses -", "0,2,0,0,1e999,0\n", "line 1: \"1e999\""),
-        ("legs --poses -", "0,1e200,0,0,0,0\n", "line 1: so far away"),
+        ("jacks --poses -", "0,2,0,0,,0\n", "line 1: \"\""),
+        ("jacks --poses -", "0,2,0,0,1e999,0\n", "line 1: \"1e999\""),
         (
-            "legs --poses -",
+            "jacks --poses -",
+            "0,1e200,0,0,0,0\n",
+            "line 1: so far away",
+        ),
+        (
+            "jacks --poses -",
             "x,y,z,roll,pitch,heading\n",
             "line 1: the header has no yaw",
         ),
-        ("legs --poses none.csv", "", "none.csv: cannot be read"),
+        ("jacks --poses none.csv", "", "none.csv: cannot be read"),
         (
-            "pose --legs -",
+            "pose --jacks -",
             "3,3,3,3,3,30\n",
             "line 1: jack 6 is 30 m long",
         ),
         (
-            "pose --legs -",
+            "pose --jacks -",
             "1,6,1,6,1,6\n",
             "line 1: no pose that can be reached",
         ),
         (
-            "pose --legs - --seed 0,2,0,0,0",
+            "pose --jacks - --seed 0,2,0,0,0",
             &home,
             "5 numbers; there must be 6",
         ),
         (
-            "pose --legs - --seed 0,2,0,0,0,inf",
+            "pose --jacks - --seed 0,2,0,0,0,inf",
             &home,
             "\"inf\" is not a finite",
         ),
         (
-            "pose --legs - --convention zxy",
+            "pose --jacks - --convention zxy",
             &home,
             "[possible values: gost, zyx, xyz]",
         ),

@@ -27,12 +27,9 @@ fn a_board_unplugged_in_a_run_is_waited_for_and_the_run_is_recorded_again() {
     for (fault, went) in [
         (
             Fault::CutAfterBlocks(IN_PITCH),
-            "it has started anew (PowerOn)",
+            "it has restarted (PowerOn)",
         ),
-        (
-            Fault::LineCutAfterBlocks(IN_PITCH),
-            "it has gone on meanwhile",
-        ),
+        (Fault::LineCutAfterBlocks(IN_PITCH), "it has kept sampling"),
     ] {
         let bench = Bench::new(|board| board.fault = fault);
         let output = bench.record("calibrate");

@@ -1,7 +1,7 @@
-//! Vectors, rotations and small linear systems: what the mechanism and the sensors are computed with.
+//! Vectors, rotations and small linear systems, with which the mechanism and the sensors are computed.
 //!
-//! Written for the twin alone. The core under test uses another library and other conventions, so that an error of
-//! sign on one side cannot hide behind the same error on the other.
+//! The code is written for the twin alone. The core under test uses another library and other conventions, so that an
+//! error of sign on one side cannot hide behind the same error on the other.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

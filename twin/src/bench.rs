@@ -1,7 +1,6 @@
 //! The whole bench: motion base, sensors and cables, in steps of half a millisecond.
 //!
-//! A bench knows no socket. Whoever owns it gives it programs and takes rows of voltages; the truth of each step is
-//! shown on the way.
+//! A bench knows no socket. Its owner gives it programs, takes rows of voltages and can watch the truth of each step.
 
 use thiserror::Error;
 
@@ -13,7 +12,6 @@ use crate::jack::{JackMotion, Jacks};
 use crate::mechanism::{Linearised, Mechanism, MechanismError, Pose, Twist};
 use crate::motion::{Felt, Motion, Place};
 use crate::program::Program;
-use crate::random::Stream;
 use crate::sensor::Sensor;
 use crate::sheet::TRIADS;
 use crate::transducer::Transducer;
@@ -22,7 +20,7 @@ use crate::vibration::Vibration;
 
 /// Time between rows, s.
 pub const STEP_S: f64 = 0.0005;
-/// Steps in a chunk; its rows are one more.
+/// Steps in a chunk; a chunk has one row more.
 pub const CHUNK_STEPS: usize = 40;
 
 const AT_REST: Twist = Twist {
@@ -89,13 +87,13 @@ impl Bench {
         Self::with_step(seed, geometry, STEP_S)
     }
 
-    /// A bench that goes in steps of `step_s` instead of [`STEP_S`]: the same truth and other noise. Up to a
+    /// A bench with steps of `step_s` instead of [`STEP_S`]. It has the same truth and other noise. For steps up to a
     /// millisecond, its motion is the same to a micrometre.
     ///
     /// # Errors
     /// [`BenchError::Mechanism`] if the true hinges do not allow the home pose.
     pub fn with_step(seed: u64, geometry: &Geometry, step_s: f64) -> Result<Self, BenchError> {
-        let mechanism = true_mechanism(seed, geometry);
+        let mechanism = geometry.true_mechanism(seed);
         let place = Place {
             lever_arm_m: truth::lever_arm_m(seed),
             gravity_m_s2: truth::gravity_m_s2(seed),
@@ -157,7 +155,7 @@ impl Bench {
         &self.motion
     }
 
-    /// A board is connected: its time begins now.
+    /// Connects a board: its time begins now.
     pub fn connect(&mut self) {
         self.connected_at = self.step;
         self.motion.time_s = 0.0;
@@ -166,12 +164,12 @@ impl Bench {
     /// Gives the controller a program; the run starts 0 to 10 s later.
     ///
     /// # Errors
-    /// [`Refusal`], and nothing moves.
+    /// [`Refusal`]; then nothing moves.
     pub fn run(&mut self, name: &str, program: Program) -> Result<(), Refusal> {
         self.controller.run(name, program, self.time_s())
     }
 
-    /// Whether a run, or the time until it starts, is not over yet.
+    /// Whether a run is under way or waits for its start.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.controller.occupation(self.time_s()).is_some()
@@ -182,11 +180,11 @@ impl Bench {
         self.controller.stop(self.time_s());
     }
 
-    /// Makes the next chunk: [`CHUNK_STEPS`] + 1 rows of [`COLUMNS`] one after another, of which the first is the last
-    /// of the chunk before. `watch` is shown the truth of each step.
+    /// Makes the next chunk: [`CHUNK_STEPS`] + 1 rows of [`COLUMNS`] one after another. The first row repeats the last
+    /// row of the chunk before. `watch` gets the truth of each step.
     ///
     /// # Errors
-    /// [`BenchError::Mechanism`] if the platform cannot follow its jacks; the bench is of no use then.
+    /// [`BenchError::Mechanism`] if the platform cannot follow its jacks; the bench cannot be used any more.
     pub fn next_chunk(
         &mut self,
         rows: &mut Vec<f32>,
@@ -249,7 +247,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Where the platform would be a step later with the acceleration of the last.
+    /// The pose one step later, at the acceleration of the last step.
     fn expected_pose(&self) -> Pose {
         let h = self.step_s;
         let ahead =
@@ -285,20 +283,5 @@ impl Bench {
         }
         others[0] = self.surroundings.temperature_c(time_s) as f32;
         others[1] = self.surroundings.supply_v(time_s) as f32;
-    }
-}
-
-/// The hinges where they really are.
-fn true_mechanism(seed: u64, geometry: &Geometry) -> Mechanism {
-    let displaced = |plane: &str, hinges: &[Vec3; 6]| -> [Vec3; 6] {
-        std::array::from_fn(|k| {
-            let mut stream = Stream::new(seed, &format!("hinge.{plane}.{}", k + 1));
-            let error = std::array::from_fn(|_| geometry.hinge_tolerance_m * stream.normal());
-            hinges[k] + Vec3(error)
-        })
-    };
-    Mechanism {
-        lower: displaced("lower", &geometry.nominal.lower),
-        upper: displaced("upper", &geometry.nominal.upper),
     }
 }

@@ -1,5 +1,5 @@
-//! What is soldered where, and what is true of the board itself: its converters, crystal, reference, supply,
-//! temperature, and the mains hum in its cables.
+//! The board's wiring and its true properties: converters, crystal, reference, supply, temperature, and the mains hum
+//! in its cables.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ pub const COLUMNS: [&str; 17] = [
     "PA0", "PA1", "PB0", "PB1", "PB11", "PB12", "PB14", "PC0", "PC1", "PA4", "PA6", "PA7", "PB2",
     "PB15", "PC4", "temp_c", "vdda_v",
 ];
-/// Counts that the supply voltage reads: 16 conversions of 12 bits added up.
+/// Counts of the supply voltage: the sum of 16 conversions of 12 bits.
 pub const COUNTS_AT_SUPPLY: f64 = 65_536.0;
 /// Counts of one LSB of 12 bits.
 const COUNTS_PER_LSB: f64 = 16.0;
@@ -40,7 +40,7 @@ pub struct BoardTruth {
     pub adc: [AdcTruth; 5],
 }
 
-/// What is true of one converter.
+/// True properties of one converter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AdcTruth {
     /// Relative error of the gain.
@@ -93,7 +93,7 @@ impl AdcTruth {
     }
 }
 
-/// What changes around the board: temperature, supply, hum.
+/// The changing surroundings of the board: temperature, supply, hum.
 #[derive(Debug, Clone)]
 pub struct Surroundings {
     start_c: f64,

@@ -1,4 +1,4 @@
-//! The switch-board of the motion controller: one line of JSON in, one line out, and no truth among them.
+//! Requests to the motion controller: one line of JSON in, one line out. No line contains a part of the truth.
 //!
 //! `{"run":{"name":"pitch","program":"/path/pitch.csv"}}` or `{"stop":true}`; the answer is `{"ok":true}` or
 //! `{"ok":false,"error":"what, value, limit"}`.
@@ -9,9 +9,19 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::bench::Bench;
 use crate::controller::Refusal;
 use crate::program::{Program, ProgramError};
-use crate::serve::Twin;
+use crate::truth_log::TruthLog;
+
+/// The bench on which requests act, and the log of one run.
+#[derive(Debug)]
+pub struct Twin {
+    /// The bench.
+    pub bench: Bench,
+    /// The truth of one run; `None` without a log.
+    pub truth_log: Option<TruthLog>,
+}
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
@@ -34,7 +44,7 @@ struct Answer {
     error: Option<String>,
 }
 
-/// Why a request was not done.
+/// Why a request was not carried out.
 #[derive(Debug, Error)]
 enum RequestError {
     #[error(
@@ -51,7 +61,7 @@ enum RequestError {
     TruthLog(#[from] std::io::Error),
 }
 
-/// Does what one line asks and says how it went, as a line. `twin` is called when the request has been understood and
+/// Carries out the request in one line and answers with a line. `twin` is called after the request has been parsed and
 /// its file read.
 pub fn answer<T: DerefMut<Target = Twin>>(line: &[u8], twin: impl FnOnce() -> T) -> String {
     let error = perform(line, twin).err().map(|error| error.to_string());

@@ -1,12 +1,12 @@
-//! The motion controller: takes a program, starts it when it pleases, and tells the six jacks where to be.
+//! The motion controller: it takes a program, starts it after a random time, and commands the six jacks.
 //!
-//! It shares no clock with anybody: a run starts 0 to 10 s after it was told to, and its seconds are up to 100 ppm
-//! longer or shorter than true ones. It refuses a program that leaves the stroke, is too fast, begins somewhere else
-//! than where the base stands, or comes while the base still moves. A stop brakes along the path of the program, which
-//! has been checked, and then moves all jacks home together.
+//! It has a clock of its own: a run starts 0 to 10 s after the request, and its seconds are up to 100 ppm longer or
+//! shorter than true ones. It refuses a program that leaves the stroke, is too fast, begins away from the base's
+//! position, or comes while the base still moves. A stop brakes along the checked path of the program, and then moves
+//! all jacks home together.
 //!
-//! The command is a sequence of *courses*, each valid from a moment on. Because jacks answer late, the command can be
-//! asked for some time back.
+//! The command is a sequence of *courses*, each valid from a moment on. Jacks answer late, so the controller also gives
+//! the command of a moment in the recent past.
 
 use std::collections::VecDeque;
 
@@ -17,11 +17,12 @@ use crate::limits::{BeyondLimit, Limits};
 use crate::program::Program;
 use crate::random::Stream;
 
-/// Latest start of a run after it was told to, s.
+/// Latest start of a run after the request, s.
 pub const START_DELAY_MAX_S: f64 = 10.0;
 /// Largest error of the controller's clock, ppm.
 pub const CLOCK_TOLERANCE_PPM: f64 = 100.0;
-/// How far from the standing base a program may begin, m: the rounding of a CSV file, not a jump.
+/// Greatest distance between the first row of a program and the standing base, m: the rounding of a CSV file, not a
+/// jump.
 const START_TOLERANCE_M: f64 = 1e-4;
 /// Time in which a stop brings the base to a halt on its path, s.
 const BRAKE_S: f64 = 0.5;
@@ -29,7 +30,7 @@ const BRAKE_S: f64 = 0.5;
 const RETURN_SPEED_M_S: f64 = 0.1;
 /// Highest acceleration of a jack on the way home, m/s².
 const RETURN_ACCELERATION_M_S2: f64 = 0.5;
-/// How far back the command is remembered, s: more than any jack's delay.
+/// Time for which old commands are kept, s: more than any jack's delay.
 const MEMORY_S: f64 = 0.1;
 
 /// The motion controller.
@@ -44,7 +45,7 @@ pub struct Controller {
     courses: VecDeque<(f64, Course)>,
 }
 
-/// Where the jacks are told to be from some moment on.
+/// The commanded course of the jacks from some moment on.
 #[derive(Debug, Clone)]
 enum Course {
     Hold([f64; 6]),
@@ -66,7 +67,7 @@ enum Course {
     },
 }
 
-/// Why the controller does not do what it is told.
+/// Why the controller refuses a program.
 #[derive(Debug, Error, PartialEq)]
 pub enum Refusal {
     /// The base still moves.
@@ -111,7 +112,7 @@ impl Controller {
     /// Takes a program at true time `now_s`; it will start 0 to 10 s later.
     ///
     /// # Errors
-    /// [`Refusal`]: the base still moves, or the program is one that it must not follow.
+    /// [`Refusal`]: the base still moves, or the program breaks a limit.
     pub fn run(&mut self, name: &str, program: Program, now_s: f64) -> Result<(), Refusal> {
         if let Some(doing) = self.occupation(now_s) {
             return Err(Refusal::Busy { doing });
@@ -176,7 +177,7 @@ impl Controller {
         );
     }
 
-    /// Commanded displacement from mid-stroke of one jack (0 to 5), m, at a true time not longer ago than any jack's
+    /// Commanded displacement from mid-stroke of one jack (0 to 5), m, at a true time no further back than any jack's
     /// delay.
     #[must_use]
     pub fn command_m(&self, jack: usize, time_s: f64) -> f64 {
@@ -220,7 +221,7 @@ impl Controller {
         }
     }
 
-    /// What keeps the base busy at `now_s`.
+    /// The activity that keeps the base busy at `now_s`.
     pub(crate) fn occupation(&self, now_s: f64) -> Option<String> {
         match self.courses.back() {
             Some((
@@ -244,7 +245,7 @@ impl Controller {
         }
     }
 
-    /// Appends a course and forgets those that no jack can ask for any more.
+    /// Appends a course and drops those older than any jack's delay.
     fn set(&mut self, from_s: f64, course: Course) {
         self.courses.push_back((from_s, course));
         while self

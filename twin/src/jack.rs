@@ -1,4 +1,4 @@
-//! The six jacks: each follows its command late and softly, and grips a little when it turns around.
+//! The six jacks: each follows its command with a delay and softly, and friction acts when it turns around.
 //!
 //! ```text
 //! x'' = Ω²·(u(t − τ) − x) − 2·ζ·Ω·x' − c·x' / √(x'² + v²)
@@ -8,8 +8,8 @@
 //! The last term is dry friction c, smoothed below the creep speed v: it changes its sign when the jack reverses, which
 //! is the *turn-around bump* of 2c in the acceleration. At rest it lets the jack creep to its command.
 //!
-//! Integrated by the classical Runge-Kutta method; x, x' and x'' of a moment are consistent, because x'' is the right
-//! hand side itself.
+//! The equation is integrated by the classical Runge-Kutta method. x, x' and x'' of a moment are consistent, because
+//! x'' is the right-hand side itself.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ pub const DELAY_S: [f64; 2] = [0.005, 0.020];
 const FRICTION_M_S2: [f64; 2] = [0.02, 0.10];
 /// Speed below which friction gives way to creep, m/s.
 const CREEP_M_S: f64 = 0.002;
-/// How different the six are: jack by jack, part of the width of the range of a quantity, to either side.
+/// Spread of the six jacks: a part of the width of a quantity's range, to either side.
 const JACK_SPREAD: f64 = 0.05;
 
 /// How one servo answers.
@@ -50,13 +50,13 @@ pub struct JackMotion {
     pub acceleration_m_s2: [f64; 6],
 }
 
-/// The six jacks and where they are.
+/// The six jacks and their motion.
 #[derive(Debug, Clone)]
 pub struct Jacks {
     servos: [Servo; 6],
     displacement_m: [f64; 6],
     speed_m_s: [f64; 6],
-    /// What each servo, late as it is, is told at this moment, m.
+    /// The delayed command of each servo at this moment, m.
     command_m: [f64; 6],
 }
 
@@ -96,7 +96,7 @@ impl Jacks {
         }
     }
 
-    /// How the jacks move at the end of the last step.
+    /// Motion of the jacks at the end of the last step.
     #[must_use]
     pub fn motion(&self) -> JackMotion {
         JackMotion {
@@ -110,7 +110,7 @@ impl Jacks {
     }
 }
 
-/// Six values in a range that are slightly different from each other.
+/// Six values in a range, slightly different from each other.
 fn draw_alike(seed: u64, quantity: &str, [low, high]: [f64; 2]) -> [f64; 6] {
     let spread = JACK_SPREAD * (high - low);
     let common =

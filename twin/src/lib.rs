@@ -1,18 +1,18 @@
 //! The twin: a six-degree-of-freedom motion base with its controller, its jacks and the sensors on its cockpit, simulated
 //! so that a sensor board can be calibrated on it and the result compared with a truth that the board never sees.
 //!
-//! The house, in the order in which cause becomes voltage:
+//! The modules, in the order in which cause becomes voltage:
 //!
-//! | room | what happens there |
+//! | module | contents |
 //! |---|---|
-//! | [`geometry`] | hinges, stroke and home out of a geometry file |
+//! | [`geometry`] | hinges, stroke and home from a geometry file |
 //! | [`program`] | the jack program that an operator loads |
-//! | [`controller`], [`limits`] | checks it, starts it late, runs it on its own clock |
+//! | [`controller`], [`limits`] | check the program, start it late, run it on their own clock |
 //! | [`jack`] | six servos that follow softly, late, and with friction |
-//! | [`vibration`] | the structure that rings while it moves |
+//! | [`vibration`] | the structure, which rings while it moves |
 //! | [`mechanism`] | jacks → pose, velocity, acceleration of the platform |
 //! | [`motion`] | what sensors on the platform feel |
-//! | [`sensor`], [`transducer`] | what they make of it: volts |
+//! | [`sensor`], [`transducer`] | from that motion to volts |
 //! | [`board`] | pins, converters, crystal, supply, hum |
 //! | [`mod@bench`] | all of it together, step by step |
 //! | [`serve`], [`control`], [`truth_log`] | the sockets, and the file for the comparison |

@@ -1,13 +1,13 @@
-//! What a jack may be told: the limits that a controller checks before it moves anything.
+//! The limits of the jacks, which a controller checks before it moves anything.
 
 use thiserror::Error;
 
 use crate::geometry::Geometry;
 use crate::program::Program;
 
-/// Limits are checked to this much above 1: the rounding of the rows of a file.
+/// Factor by which a value may exceed its limit: the rounding of the rows of a file.
 const ROUNDING: f64 = 1.001;
-/// Time over which the acceleration of a program is taken, s; over single rows it would be the rounding of the file.
+/// Time over which the acceleration of a program is taken, s; over single rows the rounding of the file would dominate.
 const ACCELERATION_WINDOW_S: f64 = 0.01;
 
 /// Limits of each jack.
@@ -37,7 +37,7 @@ pub struct BeyondLimit {
 }
 
 impl Limits {
-    /// The limits of a base; what its file does not limit is not limited.
+    /// The limits of a base; a quantity without a limit in its file has none.
     #[must_use]
     pub fn of(geometry: &Geometry) -> Self {
         Self {

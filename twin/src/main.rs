@@ -16,7 +16,7 @@ use twin::{papers, serve, truth};
 
 /// A simulated six-degree-of-freedom motion base with nine inertial sensors on its cockpit.
 ///
-/// Everything about it that a laboratory would not know is drawn from a seed. The same seed is the same base for ever.
+/// The seed decides everything about it that a laboratory would not know. The same seed always gives the same base.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -7,16 +7,16 @@
 //! d = p + c − a     c = A·b     l = |d|     e = d / l
 //! ```
 //!
-//! Differentiating d·d = l² once and twice gives what couples the platform's motion to the jacks':
+//! Differentiating d·d = l² once and twice couples the platform's motion to the jacks' motion:
 //!
 //! ```text
 //! l'  = e·p' + (c × e)·ω
 //! l'' = e·p'' + (c × e)·ω' + e·(ω × (ω × c)) + (|d'|² − l'²) / l        d' = p' + ω × c
 //! ```
 //!
-//! The rows [e, c × e] form the Jacobian J, so that pose (Newton's method), speeds and accelerations all come from
-//! solving with J; nothing is differentiated numerically. ω and ω' are in earth axes here; ω' has the same components
-//! in body axes as the derivative of the body rates, because ω × ω = 0.
+//! The rows [e, c × e] form the Jacobian J. Pose (by Newton's method), speeds and accelerations all come from solving
+//! with J; nothing is differentiated numerically. ω and ω' are in earth axes here; ω' has the same components in body
+//! axes as the derivative of the body rates, because ω × ω = 0.
 
 use thiserror::Error;
 
@@ -24,9 +24,9 @@ use crate::algebra::{Factors, Rotation, Vec3};
 
 /// How closely the lengths of a solved pose must meet the jacks, m.
 pub const CLOSURE_M: f64 = 1e-12;
-/// Steps of the chord method before Newton's takes over.
+/// Steps of the chord method before Newton's method takes over.
 const CHORD_STEPS: usize = 3;
-/// Newton's method doubles the number of right digits in each step; more steps than this mean that it is lost.
+/// Newton's method doubles the number of right digits in each step; after more steps than this it has failed.
 const NEWTON_STEPS: usize = 50;
 
 /// Where the platform is.
@@ -96,7 +96,7 @@ pub struct Mechanism {
 
 /// One jack at a pose.
 #[derive(Debug, Clone, Copy)]
-struct Leg {
+struct PosedJack {
     /// From O to the upper hinge, earth axes, m.
     arm: Vec3,
     /// Unit vector from the lower to the upper hinge, earth axes.
@@ -108,7 +108,7 @@ struct Leg {
 /// The mechanism at one pose, ready to solve for motions.
 #[derive(Debug, Clone)]
 pub struct Linearised {
-    legs: [Leg; 6],
+    jacks: [PosedJack; 6],
     jacobian: Factors<6>,
 }
 
@@ -116,21 +116,21 @@ impl Mechanism {
     /// Lengths of the six jacks at a pose, m.
     #[must_use]
     pub fn lengths(&self, pose: &Pose) -> [f64; 6] {
-        self.legs(pose).map(|leg| leg.length)
+        self.jacks(pose).map(|jack| jack.length)
     }
 
     /// Speeds of the six jacks for a velocity of the platform, m/s.
     #[must_use]
     pub fn length_rates(&self, pose: &Pose, velocity: &Twist) -> [f64; 6] {
-        self.legs(pose).map(|leg| {
-            let [x, y, z, rx, ry, rz] = leg.row();
+        self.jacks(pose).map(|jack| {
+            let [x, y, z, rx, ry, rz] = jack.row();
             Vec3([x, y, z]).dot(velocity.linear) + Vec3([rx, ry, rz]).dot(velocity.angular)
         })
     }
 
     /// The pose whose jacks have these lengths (m), near `start`, to [`CLOSURE_M`].
     ///
-    /// Newton's method on l(pose) = `lengths`; the lengths are computed again from the pose that is returned.
+    /// Uses Newton's method on l(pose) = `lengths`, and computes the lengths again from the pose that it returns.
     ///
     /// # Errors
     /// [`MechanismError`] at a singular pose, or when the lengths are not met.
@@ -138,13 +138,13 @@ impl Mechanism {
         let mut pose = start;
         let mut missing = [f64::NAN; 6];
         for _ in 0..NEWTON_STEPS {
-            let legs = self.legs(&pose);
-            missing = std::array::from_fn(|k| lengths[k] - legs[k].length);
+            let jacks = self.jacks(&pose);
+            missing = std::array::from_fn(|k| lengths[k] - jacks[k].length);
             if missing.iter().all(|m| m.abs() <= CLOSURE_M) {
                 return Ok(pose);
             }
             let jacobian =
-                Factors::new(legs.map(|leg| leg.row())).ok_or(MechanismError::Singular)?;
+                Factors::new(jacks.map(|jack| jack.row())).ok_or(MechanismError::Singular)?;
             pose = pose.moved(Twist::from_array(jacobian.solve(missing)));
         }
         Err(MechanismError::NotClosed {
@@ -152,9 +152,9 @@ impl Mechanism {
         })
     }
 
-    /// The pose whose jacks have these lengths (m), a moment after the one that `near` was made for, and the mechanism
-    /// linearised there. A chord method: the Jacobian of the moment before hardly differs, so that the factors of the
-    /// new one, which its motions need, are the only ones computed.
+    /// The pose whose jacks have these lengths (m), a moment after the pose of `near`, and the mechanism linearised
+    /// there. This is a chord method: it uses the Jacobian of the moment before, which hardly differs. It computes only
+    /// one set of factors, those of the new pose, which its motions need.
     ///
     /// # Errors
     /// [`MechanismError`] at a singular pose, or when the lengths are not met.
@@ -166,10 +166,10 @@ impl Mechanism {
     ) -> Result<(Pose, Linearised), MechanismError> {
         let mut pose = start;
         for _ in 0..CHORD_STEPS {
-            let legs = self.legs(&pose);
-            let missing: [f64; 6] = std::array::from_fn(|k| lengths[k] - legs[k].length);
+            let jacks = self.jacks(&pose);
+            let missing: [f64; 6] = std::array::from_fn(|k| lengths[k] - jacks[k].length);
             if missing.iter().all(|m| m.abs() <= CLOSURE_M) {
-                return Ok((pose, Linearised::new(legs)?));
+                return Ok((pose, Linearised::new(jacks)?));
             }
             pose = pose.moved(Twist::from_array(near.jacobian.solve(missing)));
         }
@@ -182,15 +182,15 @@ impl Mechanism {
     /// # Errors
     /// [`MechanismError::Singular`].
     pub fn linearised(&self, pose: &Pose) -> Result<Linearised, MechanismError> {
-        Linearised::new(self.legs(pose))
+        Linearised::new(self.jacks(pose))
     }
 
-    fn legs(&self, pose: &Pose) -> [Leg; 6] {
+    fn jacks(&self, pose: &Pose) -> [PosedJack; 6] {
         std::array::from_fn(|k| {
             let arm = pose.attitude.to_earth(self.upper[k]);
             let span = pose.position_m + arm - self.lower[k];
             let length = span.norm();
-            Leg {
+            PosedJack {
                 arm,
                 direction: span * (1.0 / length),
                 length,
@@ -199,7 +199,7 @@ impl Mechanism {
     }
 }
 
-impl Leg {
+impl PosedJack {
     /// The jack's row of the Jacobian.
     fn row(&self) -> [f64; 6] {
         let [x, y, z] = self.direction.0;
@@ -209,9 +209,10 @@ impl Leg {
 }
 
 impl Linearised {
-    fn new(legs: [Leg; 6]) -> Result<Self, MechanismError> {
-        let jacobian = Factors::new(legs.map(|leg| leg.row())).ok_or(MechanismError::Singular)?;
-        Ok(Self { legs, jacobian })
+    fn new(jacks: [PosedJack; 6]) -> Result<Self, MechanismError> {
+        let jacobian =
+            Factors::new(jacks.map(|jack| jack.row())).ok_or(MechanismError::Singular)?;
+        Ok(Self { jacks, jacobian })
     }
 
     /// Velocity of the platform from the speeds of the jacks (m/s).
@@ -231,11 +232,11 @@ impl Linearised {
     ) -> Twist {
         let omega = velocity.angular;
         let driving = std::array::from_fn(|k| {
-            let leg = &self.legs[k];
-            let swing = omega.cross(leg.arm);
+            let jack = &self.jacks[k];
+            let swing = omega.cross(jack.arm);
             let hinge = velocity.linear + swing;
-            let centripetal = leg.direction.dot(omega.cross(swing));
-            let turning = (hinge.dot(hinge) - rates[k] * rates[k]) / leg.length;
+            let centripetal = jack.direction.dot(omega.cross(swing));
+            let turning = (hinge.dot(hinge) - rates[k] * rates[k]) / jack.length;
             accelerations[k] - centripetal - turning
         });
         Twist::from_array(self.jacobian.solve(driving))

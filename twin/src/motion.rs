@@ -1,7 +1,7 @@
-//! What is true of the platform at one moment, and what sensors on it feel.
+//! The true motion of the platform at one moment, and the quantities that sensors on it feel.
 //!
-//! Specific force is what an accelerometer feels: acceleration of its place minus gravity. With O at p, the sensor block
-//! at r from O (body axes) and the body rates ω,
+//! An accelerometer feels specific force: the acceleration of its place minus gravity. With O at p, the sensor block at
+//! r from O (body axes) and the body rates ω,
 //!
 //! ```text
 //! f = Aᵀ(p'' + g·up) + ω' × r + ω × (ω × r)
@@ -37,7 +37,7 @@ pub struct Felt {
 }
 
 impl Felt {
-    /// What is felt at a place on a platform that moves like this.
+    /// The quantities felt at a place on a platform with this motion.
     #[must_use]
     pub fn at(pose: &Pose, velocity: &Twist, acceleration: &Twist, place: &Place) -> Self {
         let lever_arm_m = place.lever_arm_m;

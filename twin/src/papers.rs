@@ -1,7 +1,7 @@
-//! The sensor file: what a laboratory knows of its sensors before it has calibrated them.
+//! The sensor file: a laboratory's knowledge of its sensors before calibration.
 //!
-//! Data-sheet values and tolerance classes, and the place of the sensor block as somebody measured it with a tape: the
-//! true one, uniformly wrong by up to 50 mm on each axis. Nothing else in it depends on the seed.
+//! It holds data-sheet values, tolerance classes, and the place of the sensor block as a tape measures it: the true
+//! place with a uniform error of up to 50 mm on each axis. Nothing else in it depends on the seed.
 
 use crate::board;
 use crate::random::Stream;

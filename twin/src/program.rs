@@ -5,9 +5,9 @@
 //! 0.000,0.000000,…
 //! ```
 //!
-//! Rows at a constant period; displacements from mid-stroke in metres. Between rows the controller interpolates with
-//! cubics whose slope at a row is that of the chord of its neighbours (Catmull and Rom, 1974), so that neither position
-//! nor speed has steps.
+//! Rows come at a constant period; displacements are from mid-stroke in metres. Between rows the controller
+//! interpolates with cubics. Their slope at a row is that of the chord of its neighbours (Catmull and Rom, 1974), so
+//! that neither position nor speed has steps.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use thiserror::Error;
 
 /// The header of a program file.
 pub const HEADER: &str = "time_s,jack1_m,jack2_m,jack3_m,jack4_m,jack5_m,jack6_m";
-/// How far a row may be from its place in time, in periods: rounding, not jitter.
+/// Greatest deviation of a row from its place in time, in periods: rounding, not jitter.
 const PERIOD_TOLERANCE: f64 = 0.05;
 
 /// Six commanded displacements against time.
@@ -36,7 +36,7 @@ pub enum ProgramError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// The file can be read, but not as a program.
+    /// The file is readable, but it is not a program.
     #[error("{path}: {source}")]
     InFile {
         /// The file.
@@ -45,7 +45,7 @@ pub enum ProgramError {
         #[source]
         source: Box<ProgramError>,
     },
-    /// The first line is something else.
+    /// The first line is not the header.
     #[error("line 1: header is {found:?}, must be {HEADER:?}")]
     Header {
         /// The first line.
@@ -59,14 +59,14 @@ pub enum ProgramError {
         /// Values in it.
         count: usize,
     },
-    /// A value that is no finite number.
+    /// A value that is not a finite number.
     #[error("line {line}, column {column}: {text:?} is not a finite number")]
     Number {
         /// Line of the file, from 1.
         line: usize,
         /// Column, 1 to 7.
         column: usize,
-        /// What stands there.
+        /// The text at this place.
         text: String,
     },
     /// A program without a period.
@@ -75,7 +75,7 @@ pub enum ProgramError {
         /// Number of rows.
         rows: usize,
     },
-    /// Time that does not rise evenly.
+    /// Times that do not rise evenly.
     #[error(
         "line {line}: time {time_s} s, must be {expected_s:.6} s (constant period of {period_s:.6} s)"
     )]
@@ -111,7 +111,7 @@ impl Program {
     /// Reads the text of a program file.
     ///
     /// # Errors
-    /// [`ProgramError`] for anything but even rows of finite numbers under the right header.
+    /// [`ProgramError`] for anything but the right header and even rows of finite numbers.
     pub fn parse(text: &str) -> Result<Self, ProgramError> {
         let mut lines = text.lines();
         let header = lines.next().unwrap_or_default();
@@ -158,7 +158,8 @@ impl Program {
         &self.rows
     }
 
-    /// Displacement of one jack (0 to 5), m, at a time since the first row, s; held before it and after the last.
+    /// Displacement of one jack (0 to 5), m, at a time since the first row, s; constant before the first row and after
+    /// the last.
     #[must_use]
     pub fn at(&self, jack: usize, time_s: f64) -> f64 {
         let last = self.rows.len() - 1;

@@ -1,10 +1,10 @@
-//! Random numbers that mean the same for ever.
+//! Random numbers that never change from version to version.
 //!
-//! Every random quantity has a *stream* of its own, named by what it is (`"sensor.ax.bias"`), so that a new quantity
-//! never shifts the numbers of the old ones. A stream is ChaCha with 8 rounds (D. J. Bernstein, 2008): the key is the
-//! seed, the nonce is the FNV-1a hash of the name. Uniform and normal numbers are made from its words by the few lines
-//! below and by nothing else, and with the portable `libm` instead of the system's, so that they depend on no
-//! platform and on no other library's version.
+//! Every random quantity has a *stream* of its own, with the name of the quantity (`"sensor.ax.bias"`), so that a new
+//! quantity never shifts the numbers of the old ones. A stream is ChaCha with 8 rounds (D. J. Bernstein, 2008): the key
+//! is the seed, the nonce is the FNV-1a hash of the name. Only the few lines below make uniform and normal numbers from
+//! its words. They use the portable `libm` instead of the system's, so that the numbers depend on no platform and on no
+//! other library's version.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 #[derive(Debug, Clone)]
 pub struct Stream {
     words: ChaCha8Rng,
-    /// Second number of the last Box-Muller pair, if it has not been used yet.
+    /// Second number of the last Box-Muller pair, if it is still unused.
     spare: Option<f64>,
 }
 

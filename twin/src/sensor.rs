@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The second-order response is stepped exactly for an input that is linear between steps. Noise is drawn once a step:
-//! independent values of standard deviation d·√(1/2h), h being the step, have the one-sided density d far below 1/h.
+//! independent values of standard deviation d·√(1/2h), with the step h, have the one-sided density d far below 1/h.
 //!
 //! "Bandwidth" of the data sheet is the natural frequency Ω/2π. Biases do not depend on temperature.
 
@@ -20,7 +20,7 @@ use crate::sheet::{self, TriadSheet};
 /// Time after which the random walk has the size that the data sheet gives, s.
 const WALK_TIME_S: f64 = 300.0;
 
-/// What is true of one sensor.
+/// True properties of one sensor.
 #[derive(Debug, Clone)]
 pub struct SensorTruth {
     /// Sensitive axis in body axes, a unit vector.
@@ -70,7 +70,7 @@ fn misaligned(axis: usize, stream: &mut Stream) -> Vec3 {
     Vec3(tilted) * (1.0 / Vec3(tilted).norm())
 }
 
-/// One sensor at work.
+/// One sensor and its state.
 #[derive(Debug, Clone)]
 pub struct Sensor {
     truth: SensorTruth,

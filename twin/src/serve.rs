@@ -1,7 +1,7 @@
-//! The two sockets of the bench: the board's pins and the controller's switch-board.
+//! The two sockets of the bench: the board's pins and the requests to the controller.
 //!
-//! docs/virtual-bench.md describes what goes over them. One board at a time is connected; when it goes, the bench
-//! stands still until the next comes, and goes on from where it was. Requests to the controller come from any number of
+//! docs/virtual-bench.md describes both protocols. One board at a time is connected. When it disconnects, the bench
+//! stands still until the next board connects, and then goes on. Requests to the controller come from any number of
 //! connections; each takes effect between two chunks.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -14,9 +14,10 @@ use thiserror::Error;
 use crate::bench::{Bench, BenchError, CHUNK_STEPS, STEP_S};
 use crate::board::{BoardTruth, COLUMNS};
 use crate::control;
-use crate::truth_log::TruthLog;
 
-/// What asks for the next chunk: `N`.
+pub use crate::control::Twin;
+
+/// The byte that asks for the next chunk: `N`.
 pub const NEXT: u8 = 0x4E;
 /// Longest request to the controller, bytes.
 const MAX_REQUEST: u64 = 65_536;
@@ -24,7 +25,7 @@ const MAX_REQUEST: u64 = 65_536;
 /// Why the twin stops serving.
 #[derive(Debug, Error)]
 pub enum ServeError {
-    /// The physics broke down.
+    /// The platform cannot follow its jacks.
     #[error(transparent)]
     Bench(#[from] BenchError),
     /// The truth log cannot be written.
@@ -33,15 +34,6 @@ pub enum ServeError {
     /// The listening socket of the pins is gone.
     #[error("pins: {0}")]
     Pins(#[source] io::Error),
-}
-
-/// The bench and what is written down about it.
-#[derive(Debug)]
-pub struct Twin {
-    /// The bench.
-    pub bench: Bench,
-    /// The truth of one run, if somebody wants it.
-    pub truth_log: Option<TruthLog>,
 }
 
 /// The first line that a board reads.
@@ -54,10 +46,10 @@ struct Hello<'a> {
     board: &'a BoardTruth,
 }
 
-/// Serves pins and control for ever.
+/// Serves pins and control until an error.
 ///
 /// # Errors
-/// [`ServeError`], when the bench cannot go on. A board or host that goes away, or sends nonsense, is no error.
+/// [`ServeError`], when the bench cannot go on. A board or host that disconnects or sends nonsense is no error.
 pub fn serve(pins: &TcpListener, control: TcpListener, twin: Twin) -> Result<(), ServeError> {
     let twin = Arc::new(Mutex::new(twin));
     let for_control = Arc::clone(&twin);
@@ -76,12 +68,12 @@ pub fn serve(pins: &TcpListener, control: TcpListener, twin: Twin) -> Result<(),
     }
 }
 
-/// Nothing that the lock guards is left half done by a panic elsewhere.
+/// Locks the twin. A panic of another thread leaves nothing half done behind this lock.
 fn lock(twin: &Mutex<Twin>) -> MutexGuard<'_, Twin> {
     twin.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why serving a board ended before it left.
+/// Why the connection to a board ended before the board closed it.
 enum Interrupted {
     Board(io::Error),
     Twin(ServeError),

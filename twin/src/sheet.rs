@@ -1,11 +1,11 @@
-//! What data sheets promise of the sensors, the transducers and the board: nominal values and tolerance classes.
+//! The data sheets of the sensors, the transducers and the board: nominal values and tolerance classes.
 //!
-//! These are the figures that the truth is drawn from, and the only ones that a laboratory would have. Tolerances are
-//! limits of a uniform distribution unless they say otherwise.
+//! The truth is drawn from these figures, and a laboratory has no others. A tolerance is the limit of a uniform
+//! distribution unless the text says otherwise.
 
-/// Standard gravity, m/s²: what the laboratory takes for its own.
+/// Standard gravity, m/s², which the laboratory assumes.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
-/// 1σ of local gravity about it, m/s²: nobody has measured gravity at the base.
+/// 1σ of local gravity about it, m/s²: gravity at the base has not been measured.
 pub const GRAVITY_UNCERTAINTY_M_S2: f64 = 5e-4;
 /// Supply of the board, V.
 pub const SUPPLY_V: f64 = 3.3;
@@ -13,7 +13,7 @@ pub const SUPPLY_V: f64 = 3.3;
 pub const ZERO_V: f64 = 1.65;
 /// Output of a sensor at full scale, above [`ZERO_V`], V.
 pub const FULL_SCALE_V: f64 = 1.5;
-/// Output at which a sensor saturates, of its full scale.
+/// Output at which a sensor saturates, as a fraction of its full scale.
 pub const SATURATION: f64 = 1.05;
 /// Natural frequency of a sensor's second-order response, Hz.
 pub const BANDWIDTH_HZ: [f64; 2] = [50.0, 120.0];
@@ -26,7 +26,7 @@ pub const MISALIGNMENT_DEG: f64 = 0.5;
 pub const MISALIGNMENT_MAX_DEG: f64 = 1.0;
 /// Largest offset of the sensor block from O on each axis, m.
 pub const LEVER_ARM_MAX_M: f64 = 1.5;
-/// How well the laboratory knows that offset on each axis, m.
+/// Tolerance of the laboratory's measurement of that offset on each axis, m.
 pub const LEVER_ARM_TOLERANCE_M: f64 = 0.05;
 
 /// Span of a transducer's output over the stroke, V.

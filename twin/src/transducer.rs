@@ -9,11 +9,11 @@
 use crate::random::Stream;
 use crate::sheet;
 
-/// The board interpolates between two steps of the twin, wherever its sampling instant falls: over all places this
-/// leaves 2/3 of the variance of independent steps. So the steps carry 3/2 of what the data sheet says.
+/// The board interpolates between two steps of the twin, at any sampling instant: on average over all instants this
+/// leaves 2/3 of the variance of independent steps. So the steps carry 3/2 of the variance in the data sheet.
 const STEP_VARIANCE: f64 = 1.5;
 
-/// One transducer at work.
+/// One transducer and its noise.
 #[derive(Debug, Clone)]
 pub struct Transducer {
     volts_per_m: f64,

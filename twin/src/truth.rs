@@ -1,15 +1,15 @@
-//! The truth of the nine channels: what a perfect calibration would find.
+//! The truth of the nine channels: the result of a perfect calibration.
 //!
 //! A board reads counts u: sums of 16 conversions, normalised to a supply of exactly 3.300 V. For a triad with the true
-//! vector s at its place, once everything has settled,
+//! vector s at its place, after all transients,
 //!
 //! ```text
 //! u = u0 + S·s        row i of S: counts per volt · volts per unit · gain_i · axis_i
 //! s = M·(u − u0)      M = S⁻¹
 //! ```
 //!
-//! S is the true sensitivity matrix and contains sensor gain, misalignment, volts and the gain of ADC1. u0 is taken at
-//! power-on: bias and converter offset are in it, the random walk that follows is not.
+//! S is the true sensitivity matrix and contains sensor gain, misalignment, volts and the gain of ADC1. u0 is the value
+//! at power-on: it includes bias and converter offset, but not the random walk that follows.
 
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ use crate::random::Stream;
 use crate::sensor::SensorTruth;
 use crate::sheet::{self, TRIADS, TriadSheet};
 
-/// Where the sensor block truly is: from O, body axes, m.
+/// True place of the sensor block: from O, body axes, m.
 #[must_use]
 pub fn lever_arm_m(seed: u64) -> Vec3 {
     Vec3(
@@ -29,7 +29,7 @@ pub fn lever_arm_m(seed: u64) -> Vec3 {
     )
 }
 
-/// What gravity truly is where the base stands, m/s².
+/// True gravity at the base, m/s².
 #[must_use]
 pub fn gravity_m_s2(seed: u64) -> f64 {
     let anomaly = Stream::new(seed, "gravity").normal();
@@ -68,7 +68,7 @@ impl TriadTruth {
     }
 }
 
-/// What the sensors of a triad lag behind slow motion, on average, s: 2ζ/Ω of a second-order response.
+/// Mean delay of a triad's sensors behind slow motion, s: 2ζ/Ω of a second-order response.
 #[must_use]
 pub fn mean_delay_s(seed: u64, sheet: &TriadSheet) -> f64 {
     let delays = [0, 1, 2].map(|axis| {
@@ -102,7 +102,7 @@ pub struct Channel {
     pub cross: Value<[f64; 3]>,
 }
 
-/// A value as the comparison with an estimate names it.
+/// A value, named as the comparison with an estimate expects.
 #[derive(Debug, Serialize)]
 pub struct Value<T> {
     /// The true value.

@@ -1,4 +1,4 @@
-//! The truth of one run as a CSV file, for the comparison after everything is over.
+//! The truth of one run as a CSV file, for a later comparison.
 //!
 //! From the moment the run is commanded until the board is switched off or another run is commanded, every fourth step
 //! (500 Hz) becomes a line:
@@ -11,8 +11,8 @@
 //! | `wx wy wz` | angular rate, rad/s |
 //! | `jack1_m … jack6_m` | displacement from mid-stroke, m |
 //!
-//! Numbers are written with as many digits as it takes to read the same number back. Each line is one write, so that a
-//! process that is killed leaves whole lines. A run that is commanded again begins the file afresh.
+//! A number has as many digits as are needed to read the same number back. Each line is one write, so that a killed
+//! process leaves whole lines. A run that is commanded again starts the file afresh.
 
 use std::fmt::Write as _;
 use std::fs::File;

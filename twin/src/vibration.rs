@@ -6,10 +6,10 @@
 //! η = E·sin(Ωt + φ)
 //! ```
 //!
-//! with the shares such that, at home, the sensor block is shaken with 0.02 g in one direction while the platform also
-//! rocks a little. The envelope E goes from 0 at rest to 1 in motion and lags behind by a critically damped filter
-//! E'' = w²(m − E) − 2wE', so that E' and E'' and with them η' and η'' are exact. m = v²/(v² + v0²) says how much the
-//! jacks move, v being the rms of their speeds.
+//! The shares are such that, at home, the vibration shakes the sensor block with 0.02 g in one direction while the
+//! platform also rocks a little. The envelope E goes from 0 at rest to 1 in motion and lags behind by a critically
+//! damped filter E'' = w²(m − E) − 2wE', so that E' and E'' and with them η' and η'' are exact. m = v²/(v² + v0²) is
+//! the measure of the jacks' motion, with v the rms of their speeds.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ use crate::random::Stream;
 pub const ACCELERATION_M_S2: f64 = 0.02 * crate::sheet::STANDARD_GRAVITY_M_S2;
 /// Frequency, Hz.
 pub const FREQUENCY_HZ: [f64; 2] = [12.0, 30.0];
-/// Rocking of the platform for 1 m/s² at the sensor block, up to, rad/s².
+/// Greatest rocking of the platform for 1 m/s² at the sensor block, rad/s².
 const ROCKING: f64 = 0.5;
 /// Rms speed of the jacks at which the vibration has half its size, m/s.
 const HALF_SPEED_M_S: f64 = 0.01;
@@ -69,7 +69,7 @@ impl Vibration {
         }
     }
 
-    /// Lets the envelope follow the jacks for a step, in which they move with about these speeds.
+    /// Moves the envelope by one step, in which the jacks have about these speeds.
     pub fn advance(&mut self, speed_m_s: &[f64; 6], step_s: f64) {
         let square = speed_m_s.iter().map(|v| v * v).sum::<f64>() / 6.0;
         self.moving = square / (square + HALF_SPEED_M_S * HALF_SPEED_M_S);

@@ -1,4 +1,4 @@
-//! Bad files and bad options: each gets an error that says what is wrong, and nothing is written.
+//! Bad files and bad options: each gives an error that says what is wrong, and the twin writes nothing.
 
 use std::path::Path;
 use std::process::{Command, Output};

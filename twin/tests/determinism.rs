@@ -1,4 +1,4 @@
-//! A seed means one bench, to the last bit, and another seed means another.
+//! The same seed gives the same bench, to the last bit, and another seed another bench.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! The mechanism against numbers that others have published.
+//! The mechanism against published numbers.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! Both sockets of a served twin, as a board and a host meet them.
+//! Both sockets of a served twin, from the side of a board and of a host.
 
 mod support;
 
@@ -204,7 +204,7 @@ fn a_run_moves_the_base_and_its_truth_is_written_down() {
         .fold(0.0, f64::max);
     assert!(moved > 0.05, "jack 1 moved by {moved} m");
 
-    // Without a board nothing is written, and another run ends it for good.
+    // Without a board nothing is written, and another run ends the log.
     let mut board = Board::connect(&twin);
     for _ in 0..10 {
         board.chunk();

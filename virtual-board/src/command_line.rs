@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use virtual_board::bench::link::LinkAddress;
+use virtual_board::link::LinkAddress;
 
 /// A NUCLEO-G474RE without the hardware: runs an unmodified firmware ELF on an emulated STM32G474 in virtual time.
 ///
-/// When the link listens, one line of JSON on stdout says where: {"link":"lockstep:127.0.0.1:4000"}. The firmware's
-/// log and remarks about the emulation go to stderr, with the virtual time in seconds in front.
+/// When the link listens, one line of JSON on stdout gives its address: {"link":"lockstep:127.0.0.1:4000"}. The
+/// firmware's log and remarks about the emulation go to stderr, with the virtual time in seconds in front.
 ///
-/// To kill the process is to pull the plug; to start it again with the same flash file is to switch the power on.
+/// Killing the process cuts the power; starting it again with the same flash file switches the power on.
 #[derive(Debug, Parser)]
 #[command(version)]
 pub struct CommandLine {
@@ -19,7 +19,7 @@ pub struct CommandLine {
     #[arg(long, value_name = "FILE")]
     pub elf: PathBuf,
 
-    /// File that keeps the flash memory (512 KB) over power cycles; made, erased, if it does not exist.
+    /// File that keeps the flash memory (512 KB) over power cycles; created erased if it does not exist.
     #[arg(long, value_name = "FILE")]
     pub flash: PathBuf,
 
@@ -44,9 +44,9 @@ pub struct CommandLine {
 
     /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
     /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.
-    /// May be given several times. The counts are printed on stdout as one line of JSON, {"executed":N,"counts":[…],
-    /// "triggers":[…]} with all instructions that ran and every run of triggers of the converters, whenever a host goes
-    /// away and when the board halts; instructions begin at zero for the next host.
+    /// May be given several times. Each time a host disconnects, and when the board halts, one line of JSON on stdout
+    /// gives the counts: {"executed":N,"counts":[…],"triggers":[…]} with all instructions that ran and every run of
+    /// triggers of the converters; instructions begin at zero for the next host.
     #[arg(long, value_name = "NAME")]
     pub count: Vec<String>,
 }

@@ -8,15 +8,15 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use virtual_board::bench::link::{Link, LinkError, print_counts};
-use virtual_board::bench::pins::{BoardParameters, Pins};
+use virtual_board::bus::Bus;
 use virtual_board::firmware::elf::Firmware;
 use virtual_board::firmware::log::FirmwareLog;
 use virtual_board::injection::timeline::Timeline;
-use virtual_board::machine::bus::Bus;
+use virtual_board::link::{Link, LinkError, print_counts};
 use virtual_board::machine::counting::{Counting, Target};
-use virtual_board::machine::memory::FlashMemory;
 use virtual_board::machine::{Machine, Stop};
+use virtual_board::memory::flash::FlashMemory;
+use virtual_board::pins::{BoardParameters, Pins};
 
 use self::command_line::CommandLine;
 

@@ -1,4 +1,4 @@
-//! The program as a user meets it: what it says when something is wrong, and the link in lockstep from outside.
+//! The program from outside: its error messages, and the link in lockstep.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

@@ -6,11 +6,12 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use virtual_board::bench::pinout::Pin;
-use virtual_board::bench::pins::{Pins, PinsError};
+use virtual_board::pins::pinout::Pin;
+use virtual_board::pins::{Pins, PinsError};
 
 /// Greets with `greeting`; then answers each `N` with the next chunk of two steps of 0.5 ms, in which PB12 is the true
-/// time in volts, and temperature and supply are constant. Reports every request; leaves after `chunks` of them.
+/// time in volts, and temperature and supply are constant. It reports every request and disconnects after `chunks` of
+/// them.
 fn twin(greeting: String, chunks: usize) -> (String, mpsc::Receiver<u8>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();

@@ -6,7 +6,7 @@
 //! - [`build`]: the parts of the product, built and named in the environment.
 //! - [`call`]: the programs that commands call, in `board-tests` and `host-tests`.
 //! - [`fuzz`]: the fuzz targets under cargo-fuzz.
-//! - [`test`]: everything that must be green, in its order.
+//! - [`mod@test`]: everything that must be green, in its order.
 #![forbid(unsafe_code)]
 
 mod build;

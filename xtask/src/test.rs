@@ -61,13 +61,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     checks.report()
 }
 
-/// The documentation of every crate that is a part of another.
+/// The documentation of every library; the host tool's program has the name of the firmware's library.
 fn documentation() -> Command {
     let mut doc = cargo("doc");
-    for package in ["hexsense-core", "hexsense-client", "board-tests"] {
-        doc.args(["--package", package]);
-    }
-    doc.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
+    doc.args(["--workspace", "--lib", "--no-deps"]);
+    doc.env("RUSTDOCFLAGS", "-D warnings");
     doc
 }
 

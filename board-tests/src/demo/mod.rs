@@ -3,10 +3,10 @@
 //! The real firmware starts on the virtual board and gets its key. The twin is driven along the movements of the method. The
 //! coefficients are uploaded, the power is cut and comes back, and a movement that no coefficient was fitted to judges them.
 //!
-//! - [`story`]: the programs and their order; every step is a command that a user types.
-//! - [`alignment`]: where a capture lies in the twin's time.
-//! - [`judgement`]: the only place where estimate and truth meet.
-//! - [`document`]: what is printed, as JSON or as tables.
+//! - `story`: the programs and their order; every step is a command that a user types.
+//! - `alignment`: where a capture lies in the twin's time.
+//! - `judgement`: the only place where estimate and truth meet.
+//! - `document`: what is printed, as JSON or as tables.
 
 mod alignment;
 mod document;

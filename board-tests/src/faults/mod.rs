@@ -3,15 +3,15 @@
 //!
 //! | promise | what is injected |
 //! |---|---|
-//! | [`power_cut`] | power cuts, at every flash operation of every change |
-//! | [`no_loss`] | changes of the coefficients while everything streams at 4 kHz |
-//! | [`counted`] | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and [`captures`] must show the gaps |
-//! | [`hostile`] | requests and bytes that no correct host sends, singly and in floods |
-//! | [`recovery`] | resets, hangs, jumps into nothing, stack overflows; and the [`soak`], an hour of all these |
-//! | [`authority`] | changes without the right tag |
+//! | `power_cut` | power cuts, at every flash operation of every change |
+//! | `no_loss` | changes of the coefficients while everything streams at 4 kHz |
+//! | `counted` | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and `captures` must show the gaps |
+//! | `hostile` | requests and bytes that no correct host sends, singly and in floods |
+//! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
+//! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //!
-//! [`gaps`] tells what is missing from a stream, [`outcome`] is the account of a promise.
+//! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
 mod authority;
 mod captures;

@@ -10,9 +10,10 @@
 //!                                        with low autocorrelation", IEEE Trans. Inf. Theory 16 (1970) 85-89
 //! ```
 //!
-//! which sweeps the power evenly over the period; many equal sines in a row reach about 1.7. Few or scattered harmonics are not a
-//! sweep, so the better of these phases and zero phases is improved further: one phase at a time is moved to and fro
-//! where that lowers the peak, by less and less. The search has no chance in it and gives the same phases every time.
+//! This sweeps the power evenly over the period; many equal sines in a row reach about 1.7. Few or scattered harmonics
+//! are not a sweep. So the better of these phases and zero phases is improved further: the search moves one phase at a
+//! time to and fro where that lowers the peak, by smaller and smaller steps. It uses no random numbers and gives the
+//! same phases every time.
 
 use core::f64::consts::TAU;
 
@@ -29,15 +30,15 @@ pub struct Line {
     pub phase_rad: f64,
 }
 
-/// Samples of a period of the highest line; a peak between them is at most 1/cos(π/32) − 1 = 0.5 % higher.
+/// Samples of a period of the highest line; a peak between samples is at most 1/cos(π/32) − 1 = 0.5 % higher.
 const SAMPLES_PER_PERIOD: usize = 32;
-/// Moves of a phase that are tried, parts of a turn: from a quarter down to a 256th.
+/// Moves of a phase, as parts of a turn: from a quarter down to a 256th.
 const MOVES: [f64; 7] = [4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0];
 /// Rounds over all lines with moves of one size.
 const ROUNDS: usize = 4;
 
-/// Crest factor of the sum of at most `N` lines, without unit: the largest magnitude over one period of the
-/// fundamental, of which at most 0.5 % is missed between samples, over the root mean square. 0 for a sum that is zero.
+/// Crest factor of the sum of at most `N` lines, without unit: the largest magnitude over one period of the fundamental
+/// over the root mean square. The magnitude between samples is missed by at most 0.5 %. 0 for a sum that is zero.
 #[must_use]
 pub fn crest_factor<const N: usize>(lines: &Vec<Line, N>) -> f64 {
     let rms = libm::sqrt(power(lines));
@@ -79,7 +80,7 @@ pub fn low_crest_phases<const N: usize>(lines: &mut Vec<Line, N>) {
     }
 }
 
-/// Moves each phase in turn by `move_rad` to and fro where that brings the peak below `lowest`; returns the peak.
+/// Moves each phase in turn by `move_rad` to and fro if that brings the peak below `lowest`; returns the peak.
 fn improve<const N: usize>(lines: &mut Vec<Line, N>, move_rad: f64, mut lowest: f64) -> f64 {
     for index in 0..lines.len() {
         for step in [move_rad, -2.0 * move_rad, move_rad] {

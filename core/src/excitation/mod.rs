@@ -1,4 +1,4 @@
-//! Program signals: how the base is driven so that its sensors can be calibrated.
+//! Program signals: the movements of the base for the calibration of its sensors.
 //!
 //! A *program* moves some degrees of freedom by a *signal* each, all others held at home. Its samples become six
 //! jack programs through inverse kinematics ([`Program::pose`], then [`crate::kinematics::displacements`]).
@@ -35,8 +35,8 @@ pub fn smooth_step(s: f64) -> f64 {
     s * s * s * (10.0 + s * (6.0 * s - 15.0))
 }
 
-/// How much of a signal of `duration_s` seconds is there at `t_s`, 0 to 1: it rises over `fade_s` along a
-/// [`smooth_step`], stays one and falls as it rose; all at once without a fade.
+/// The part of a signal of `duration_s` seconds at `t_s`, 0 to 1: it rises over `fade_s` along a [`smooth_step`], stays
+/// one and falls as it rose; without a fade it is one at once.
 fn envelope(t_s: f64, duration_s: f64, fade_s: f64) -> f64 {
     let faded = |time_s: f64| {
         if fade_s > 0.0 {

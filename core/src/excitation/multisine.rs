@@ -4,10 +4,9 @@
 //! u(t) = w(t)·Σ A_n·cos(2π·h_n·f₀·t + φ_n)      w rises over fade, stays one, falls over fade
 //! ```
 //!
-//! At full amplitude it repeats after 1/f₀, so that a window of whole periods of the fundamental holds whole periods
-//! of every line, and no line leaks into another. Degrees of freedom that share f₀ and no harmonic can therefore be
-//! driven at the same time and told apart afterwards; [`shared`] finds what they share. Phases are those of
-//! [`low_crest_phases`].
+//! At full amplitude it repeats after 1/f₀, so that a window of whole periods of the fundamental holds whole periods of
+//! every line, and no line leaks into another. So degrees of freedom that share f₀ and no harmonic can move at the same
+//! time and be told apart afterwards; [`shared`] finds a common harmonic. The phases are those of [`low_crest_phases`].
 
 use core::f64::consts::TAU;
 
@@ -28,7 +27,7 @@ pub struct Timing {
     pub fade_s: f64,
     /// Periods of the fundamental at full amplitude in which transients die away.
     pub settle_periods: u16,
-    /// Periods of the fundamental at full amplitude that are estimated over.
+    /// Periods of the fundamental at full amplitude for the estimate.
     pub estimate_periods: u16,
 }
 
@@ -60,13 +59,13 @@ impl Multisine {
         self.timing
     }
 
-    /// Its lines, with the phases that were found; amplitudes in m or rad.
+    /// Its lines with their phases; amplitudes in m or rad.
     #[must_use]
     pub fn lines(&self) -> &[Line] {
         &self.lines
     }
 
-    /// Peak over root mean square at full amplitude, without unit; 0 when nothing moves.
+    /// Peak over root mean square at full amplitude, without unit; 0 without movement.
     #[must_use]
     pub fn crest_factor(&self) -> f64 {
         crest::crest_factor(&self.lines)
@@ -90,13 +89,13 @@ impl Multisine {
 }
 
 impl Timing {
-    /// Start of the time that is estimated over, s from the start.
+    /// Start of the time for the estimate, s from the start.
     #[must_use]
     pub fn estimate_start_s(&self) -> f64 {
         self.fade_s + f64::from(self.settle_periods) / self.fundamental_hz
     }
 
-    /// Time that is estimated over, s: whole periods of every line.
+    /// Time for the estimate, s: whole periods of every line.
     #[must_use]
     pub fn estimate_s(&self) -> f64 {
         f64::from(self.estimate_periods) / self.fundamental_hz
@@ -109,8 +108,8 @@ impl Timing {
     }
 }
 
-/// The first harmonic that occurs twice in `harmonics`, those of all degrees of freedom that move together; `None`
-/// when they can be told apart.
+/// The first harmonic that occurs twice in `harmonics`, those of all degrees of freedom that move together; `None` when
+/// no harmonic is shared.
 #[must_use]
 pub fn shared(harmonics: &[u16]) -> Option<u16> {
     let mut before = harmonics.iter().enumerate();

@@ -1,4 +1,4 @@
-//! A program: which degrees of freedom move, and how.
+//! A program: the degrees of freedom that move, and their signals.
 
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -54,7 +54,7 @@ impl DegreeOfFreedom {
     }
 }
 
-/// How one degree of freedom moves.
+/// The movement of one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Signal {
     /// Ramps and holds.
@@ -87,10 +87,10 @@ impl Signal {
     }
 }
 
-/// A movement of the base from home and back. Without signals it is a stay at home.
+/// A movement of the base from home and back. Without signals the base stays at home.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
-    /// What moves; a degree of freedom named twice moves by the sum.
+    /// The signals; a degree of freedom with two signals moves by their sum.
     pub signals: Vec<(DegreeOfFreedom, Signal), 6>,
 }
 

@@ -6,9 +6,9 @@
 //!  −U               \____/
 //! ```
 //!
-//! A subinterval whose level differs from the one before is a ramp, an equal one is a hold. Any other staircase is
-//! just another table. A linear ramp starts and stops with a jolt; a jerk-limited one follows
-//! [`smooth_step`] and needs 15/8 of its speed.
+//! A subinterval with a new level is a ramp, one with the level before is a hold. Any other staircase is another table.
+//! A linear ramp starts and stops with a jolt; a jerk-limited one follows [`smooth_step`], and its top speed is 15/8 of
+//! the linear ramp's.
 
 use heapless::Vec;
 
@@ -17,7 +17,7 @@ use super::smooth_step;
 /// Most subintervals of a table.
 pub const MAX_LEVELS: usize = 16;
 
-/// How a ramp goes from level to level.
+/// The shape of a ramp from level to level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RampShape {
     /// At constant speed.
@@ -33,7 +33,7 @@ pub struct Ramps {
     pub step_s: f64,
     /// Level at the end of each subinterval, m or rad.
     pub levels: Vec<f64, MAX_LEVELS>,
-    /// How ramps go.
+    /// The shape of the ramps.
     pub shape: RampShape,
 }
 

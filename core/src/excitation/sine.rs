@@ -23,7 +23,7 @@ pub struct Sine {
     pub fade_s: f64,
     /// Time at full amplitude in which transients die away, s.
     pub settle_s: f64,
-    /// Time at full amplitude that is estimated over, s.
+    /// Time at full amplitude for the estimate, s.
     pub estimate_s: f64,
 }
 
@@ -42,7 +42,7 @@ impl Sine {
         }
     }
 
-    /// Start of the time that is estimated over, s.
+    /// Start of the time for the estimate, s from the start.
     #[must_use]
     pub fn estimate_start_s(&self) -> f64 {
         self.fade_s + self.settle_s

@@ -1,4 +1,4 @@
-//! The sums that the board keeps at the drive frequency while it samples.
+//! The sums at the drive frequency, which the board makes while it samples.
 //!
 //! The scans of a block are added first, and the block's sum s enters each wide sum once, with the sine and cosine of
 //! the phase at the block's centre:
@@ -10,25 +10,21 @@
 //!
 //! p(b) is the number of the block, or of its place among at most 4096 (see [`Drive`]); θ is 64 bits of a turn, shared
 //! by all channels. Everything is an integer, so the order of additions does not matter and a replay on the host gives
-//! the very same sums. What summing in blocks does to harmonic k, a factor sin(kω·B/2)/sin(kω/2), is undone by
-//! [`super::solution`].
-//!
-//! The sums of a channel take 100 bytes: ten sums of 62 bits, a square of 63, a drift of 53, and an offset of 42, whose
-//! upper ten bits lie above the drift.
+//! the very same sums. Summing in blocks scales harmonic k by sin(kω·B/2)/sin(kω/2); [`super::solution`] undoes that.
 
 use core::hint::black_box;
 
-use crate::channel::{CHANNELS, INERTIAL, JACKS, unrolled};
+use crate::channel::{CHANNELS, INERTIAL, JACKS};
 use crate::sampling::{BlockSize, BlockSums};
 use serde::{Deserialize, Serialize};
 
-use super::HARMONICS;
 use super::drive::Drive;
+use super::sums::{ChannelSums, Step, Sums, Takes};
 use super::table::Waves;
 
 pub use super::drive::MAX_BLOCKS;
 
-/// How far the harmonic sums have come.
+/// Progress of the harmonic sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnalyserState {
     /// No drive was set.
@@ -41,146 +37,15 @@ pub enum AnalyserState {
     Complete,
 }
 
-/// Sums of one channel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ChannelSums {
-    /// Σ s, counts.
-    pub offset: i64,
-    /// Σ p·s with p = 0, 1, 2 …, the number of the block as far as 4096 places tell it.
-    pub drift: i64,
-    /// Σ s².
-    pub square: u64,
-    /// Σ s·cos(kθ)·[`super::table::ONE`], k = 1 to 5.
-    pub cosine: [i64; HARMONICS],
-    /// Σ s·sin(kθ)·[`super::table::ONE`], k = 1 to 5.
-    pub sine: [i64; HARMONICS],
-}
-
-/// Where the offset's upper bits begin above the drift.
-const ABOVE_DRIFT: u32 = 54;
-
-/// Sums of `N` channels.
-#[derive(Debug, Clone)]
-struct Sums<const N: usize> {
-    cosine: [[i64; HARMONICS]; N],
-    sine: [[i64; HARMONICS]; N],
-    square: [u64; N],
-    /// The drift, and from [`ABOVE_DRIFT`] on the offset's bits from 32 on.
-    mixed: [u64; N],
-    /// The offset's lower 32 bits.
-    offset: [u32; N],
-}
-
-impl<const N: usize> Sums<N> {
-    const ZERO: Self = Self {
-        cosine: [[0; HARMONICS]; N],
-        sine: [[0; HARMONICS]; N],
-        square: [0; N],
-        mixed: [0; N],
-        offset: [0; N],
-    };
-
-    /// Adds one block at `place` to all sums, the same work for every input.
-    #[inline(never)]
-    fn add(&mut self, block: &[u32; N], step: &Step) {
-        add_waves(&mut self.cosine, block, &step.waves.cosine);
-        add_waves(&mut self.sine, block, &step.waves.sine);
-        unrolled::<N>(
-            #[inline(always)]
-            |channel| {
-                let wide = u64::from(block[channel]);
-                self.square[channel] += wide * wide;
-                let (offset, carried) = self.offset[channel].overflowing_add(block[channel]);
-                self.offset[channel] = offset;
-                self.mixed[channel] +=
-                    wide * u64::from(step.place) + (u64::from(carried) << ABOVE_DRIFT);
-            },
-        );
-    }
-
-    fn channel(&self, channel: usize) -> Option<ChannelSums> {
-        let mixed = *self.mixed.get(channel)?;
-        let above = mixed >> ABOVE_DRIFT << 32;
-        Some(ChannelSums {
-            offset: (above | u64::from(self.offset[channel])) as i64,
-            drift: (mixed & ((1 << ABOVE_DRIFT) - 1)) as i64,
-            square: self.square[channel],
-            cosine: self.cosine[channel],
-            sine: self.sine[channel],
-        })
-    }
-}
-
-/// What an analyser does with the sums of one block, first the inertial channels', then the jacks'.
-#[derive(Debug, Clone, Copy)]
-pub struct Step {
-    waves: Waves,
-    place: u32,
-    takes: Takes,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Takes {
-    /// It is idle.
-    Nothing,
-    /// It settles or is complete: it adds zeros, so that it takes the same time as one that sums.
-    Zeros,
-    /// It sums.
-    Block,
-}
-
-impl Step {
-    /// Nothing is done.
-    pub const NONE: Self = Self {
-        waves: Waves {
-            cosine: [0; HARMONICS],
-            sine: [0; HARMONICS],
-        },
-        place: 0,
-        takes: Takes::Nothing,
-    };
-
-    /// The sums that are added: those of a block, or zeros.
-    #[inline(always)]
-    fn taken<'a, const N: usize>(&self, block: &'a [u32; N]) -> &'a [u32; N] {
-        if self.takes == Takes::Block {
-            block
-        } else {
-            &[0; N]
-        }
-    }
-}
-
-/// Five waves at a time stay in registers.
-#[inline(always)]
-fn add_waves<const N: usize>(
-    sums: &mut [[i64; HARMONICS]; N],
-    block: &[u32; N],
-    waves: &[i32; HARMONICS],
-) {
-    unrolled::<N>(
-        #[inline(always)]
-        |channel| {
-            let wide = i64::from(block[channel] as i32);
-            let sums = &mut sums[channel];
-            sums[0] += wide * i64::from(waves[0]);
-            sums[1] += wide * i64::from(waves[1]);
-            sums[2] += wide * i64::from(waves[2]);
-            sums[3] += wide * i64::from(waves[3]);
-            sums[4] += wide * i64::from(waves[4]);
-        },
-    );
-}
-
 /// Harmonic sums of all channels at one drive frequency.
 #[derive(Debug, Clone)]
 pub struct Analyser {
     increment: u64,
     size: BlockSize,
     settle_blocks: u32,
-    /// Zero as long as nothing is asked for.
+    /// Blocks to sum; zero without a drive.
     blocks: u32,
-    /// Blocks since the start, those that were let pass included.
+    /// Blocks since the start, settling included.
     taken: u32,
     /// Scan counter of the first scan after the start.
     began: u64,
@@ -210,7 +75,7 @@ impl Analyser {
         }
     }
 
-    /// Starts anew at this drive, which must pass [`Drive::check`], with the next block.
+    /// Starts with the next block at this drive, which must pass [`Drive::check`].
     pub fn start(&mut self, drive: Drive) {
         *self = Self {
             increment: drive.increment,
@@ -223,16 +88,16 @@ impl Analyser {
 
     /// Takes the sums of one block of the drive's size.
     ///
-    /// A block that does not follow on the one before it makes a hole, with which no window can be fitted: everything
-    /// begins anew with it, settling included.
+    /// A block that does not follow the one before it leaves a hole, and no window with a hole can be fitted: the
+    /// analyser starts again with that block, settling included.
     pub fn take(&mut self, block: &BlockSums) {
         let mut step = Step::NONE;
         self.take_inertial(block.first_scan, &block.inertial, &mut step);
         self.take_jacks(&step, &block.jacks);
     }
 
-    /// The first part of [`Self::take`]: everything but the jacks, which follow with [`Self::take_jacks`] and the
-    /// `step` that is made here. It is the same work whether the analyser settles, sums or is complete.
+    /// The first part of [`Self::take`]: everything but the jacks. They follow with [`Self::take_jacks`] and the `step`
+    /// from here. The work is the same whether the analyser settles, sums or is complete.
     #[inline(never)]
     pub fn take_inertial(&mut self, first_scan: u64, sums: &[u32; INERTIAL], step: &mut Step) {
         if self.blocks == 0 {
@@ -240,14 +105,14 @@ impl Analyser {
             return;
         }
         let complete = self.is_complete();
-        // Stored whether it is new or not: the same work for the first block.
+        // Always stored, new or not: the same work for the first block.
         self.began = if self.taken == 0 {
             first_scan
         } else {
             self.began
         };
         let hole = !complete & (first_scan != self.began + self.scans(self.taken));
-        // Otherwise the compiler branches on either half, and a complete analyser skips the other.
+        // Without the black box the compiler branches on either half, and a complete analyser skips the other.
         if black_box(hole) {
             self.start(self.drive());
             self.began = first_scan;
@@ -289,7 +154,7 @@ impl Analyser {
         self.taken.saturating_sub(self.settle_blocks) >= self.blocks
     }
 
-    /// How far the sums are.
+    /// Progress of the sums.
     #[must_use]
     pub fn state(&self) -> AnalyserState {
         if self.blocks == 0 {
@@ -303,7 +168,7 @@ impl Analyser {
         }
     }
 
-    /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or no such channel.
+    /// The drive, its first summed scan, and the sums of a channel (0 to 14); `None` when idle or without this channel.
     #[must_use]
     pub fn report(&self, channel: usize) -> Option<(Drive, u64, ChannelSums)> {
         if self.blocks == 0 || channel >= CHANNELS {

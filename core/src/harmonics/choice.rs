@@ -1,23 +1,24 @@
-//! How large a block may be for a drive frequency.
+//! The choice of a block's size for a drive frequency.
 //!
-//! Adding up B scans before they meet sine and cosine costs little work, is undone exactly for the signal that is
-//! looked for, and has three prices:
+//! Adding B scans before they meet sine and cosine saves work. For the wanted signal the effect is undone exactly. It
+//! has three costs:
 //!
 //! - **Noise.** The sum sees harmonic k smaller by sin(πkfB/r) / (B sin(πkf/r)) at scan rate r, the noise as it is.
 //!   At 5fB/r = [`MAX_TURN`] = 0.1 the fifth harmonic's standard deviation is 1.7 % above the bound for single
 //!   scans; that of the first 0.07 %.
-//! - **Rounding.** Counts are whole; sums of blocks and single scans weigh what rounding does a little differently. Of a
-//!   signal without noise the two fits differ by up to 5·turn/√n counts in a window of one period and 0.45·turn/√n from
-//!   three periods on, with the fifth harmonic's turn in a block and n scans in a period (`cargo xtask accuracy`). [`largest_turn`]
-//!   keeps that below 5e-7 of an amplitude of 3000 counts, which is a tenth or less of what rounding does to both.
+//! - **Rounding.** Counts are whole numbers; sums of blocks and single scans weigh their rounding a little differently.
+//!   For a signal without noise the two fits differ by up to 5·turn/√n counts in a window of one period and
+//!   0.45·turn/√n from three periods on, with the fifth harmonic's turn in a block and n scans in a period (`cargo
+//!   xtask accuracy`). [`largest_turn`] keeps that below 5e-7 of an amplitude of 3000 counts: a tenth or less of the
+//!   error of rounding itself.
 //! - **Interference.** The blocks come at r/B, so that a disturbance at m·r/B ± kf looks like harmonic k. The sum
-//!   weakens it, as any frequency near m·r/B, but only by about kfB/(m·r) against the harmonic: a disturbance of 1 %
-//!   of full scale at exactly such a frequency can move the first harmonic by some 5e-4 of full scale, where single
-//!   scans would let through nothing. Nothing in the sums tells that it happened.
+//!   weakens it, like any frequency near m·r/B, but only by about kfB/(m·r) against the harmonic: a disturbance of 1 %
+//!   of full scale at exactly such a frequency can move the first harmonic by some 5e-4 of full scale. Single scans
+//!   would reject it completely. The sums do not show that it happened.
 //!
-//! So a block is chosen such that no frequency that is known to be there (mains and its multiples, servo and structure
-//! frequencies) lies near m·r/B ± kf. A disturbance that is not known is not avoided: choose small blocks where the
-//! base's vibration is unknown, and have the captures, which hold every scan, judge.
+//! So the block is chosen such that no known disturbance (mains and its multiples, servo and structure frequencies)
+//! lies near m·r/B ± kf. An unknown disturbance is not avoided: choose small blocks where the base's vibration is
+//! unknown, and check with the captures, which hold every scan.
 
 use super::HARMONICS;
 use crate::sampling::BlockSize;
@@ -25,29 +26,29 @@ use crate::sampling::BlockSize;
 /// Largest turn of the fifth harmonic in one block.
 pub const MAX_TURN: f64 = 0.1;
 
-/// Most turn of the fifth harmonic in one block for `periods` periods of so many scans each.
+/// Largest turn of the fifth harmonic in one block for `periods` periods of so many scans each.
 #[must_use]
 pub fn largest_turn(periods: f64, scans_of_period: f64) -> f64 {
-    // Between one period and three the drift is hardly told from the first harmonic, and all that rounding does grows.
+    // Between one period and three the drift resembles the first harmonic, and all effects of rounding grow.
     let by_rounding = if periods > 2.5 { 3.3e-3 } else { 3e-4 };
     MAX_TURN.min(by_rounding * libm::sqrt(scans_of_period))
 }
 
-/// A known disturbance that a block would mistake for a harmonic.
+/// A known disturbance that looks like a harmonic in blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mistaken {
     /// The disturbance, Hz.
     pub line_hz: f64,
-    /// The multiple m of the block rate that it lies beside.
+    /// The multiple m of the block rate beside which it lies.
     pub multiple: u32,
-    /// The harmonic that it looks like, 1 to 5.
+    /// The harmonic that it resembles, 1 to 5.
     pub harmonic: u32,
 }
 
-/// The first of `lines_hz` that lies within `distance_hz` of m·r/B ± kf for an m above zero, in blocks of `block` at
-/// `rate_hz`; `None` when there is none.
+/// The first of `lines_hz` within `distance_hz` of m·r/B ± kf for an m above zero, in blocks of `block` at `rate_hz`;
+/// `None` when there is none.
 ///
-/// What single scans would mistake too (m a multiple of B) is not the block's doing and does not count.
+/// A line that single scans would mistake too (m a multiple of B) does not count against the block.
 #[must_use]
 pub fn mistaken(
     frequency_hz: f64,
@@ -78,11 +79,11 @@ pub fn mistaken(
         .find_map(|line_hz| (1..=HARMONICS as u32).find_map(|harmonic| shifted(*line_hz, harmonic)))
 }
 
-/// The largest block for `periods` periods of a drive at `frequency_hz`, scanned at `rate_hz`, beside disturbances at `lines_hz` that are to
-/// stay `distance_hz` away from what would be mistaken for a harmonic (twice the reciprocal of the summed time is far
-/// enough for a steady disturbance).
+/// The largest block for `periods` periods of a drive at `frequency_hz`, scanned at `rate_hz`. The disturbances at
+/// `lines_hz` stay at least `distance_hz` away from the frequencies that look like a harmonic (twice the reciprocal of
+/// the summed time is enough for a steady disturbance).
 ///
-/// Single scans are the last resort, whatever disturbs them. `None` when even they cannot hold five harmonics, that is
+/// Single scans are the last resort, with any disturbance. `None` when even they cannot hold five harmonics, that is
 /// from a tenth of the scan rate on, or when the frequency is not above zero.
 #[must_use]
 pub fn largest_block(

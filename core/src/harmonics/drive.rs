@@ -1,35 +1,35 @@
-//! What an analyser is asked for: a frequency, a block, how long to let pass and how long to sum.
+//! The order to an analyser: a frequency, a block, and the blocks to settle and to sum.
 
 use serde::{Deserialize, Serialize};
 
 use super::HARMONICS;
 use crate::sampling::BlockSize;
 
-/// Longest sum, blocks: beyond it the sums of full-scale blocks could overflow.
+/// Largest number of summed blocks: beyond it the sums of full-scale blocks could overflow.
 pub const MAX_BLOCKS: u32 = 1 << 21;
-/// Places in the window that the drift sum tells apart, at most.
+/// Bits of the number of places that the drift sum tells apart.
 const PLACES_BITS: u32 = 12;
 /// One turn of phase.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
 
-/// One drive frequency to estimate at.
+/// One drive frequency, with its window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Drive {
     /// Phase advance for each scan, in turns · 2⁶⁴: f / (scan rate) · 2⁶⁴, see [`increment`].
     pub increment: u64,
     /// Scans that are added up before they meet sine and cosine.
     pub block: BlockSize,
-    /// Blocks to let pass before summing.
+    /// Blocks that pass before summing.
     pub settle_blocks: u32,
     /// Blocks to sum over.
     pub blocks: u32,
 }
 
 impl Drive {
-    /// Whether it can be estimated.
+    /// Checks whether the drive can be estimated.
     ///
     /// # Errors
-    /// [`DriveError`], which says what is beyond its limit.
+    /// [`DriveError`], which names the value beyond its limit.
     pub const fn check(&self) -> Result<(), DriveError> {
         if self.increment == 0 || self.increment >= increment_limit(BlockSize::One) {
             return Err(DriveError::Frequency);
@@ -72,16 +72,16 @@ impl Drive {
         self.place(self.blocks.saturating_sub(1)) + 1
     }
 
-    /// Place of block `block` in the window as the drift sum weighs it: the number of the block, with so many bits cut
-    /// off that 4096 places are enough.
+    /// Place of block `block` in the window for the drift sum: the number of the block, shifted right so that 4096
+    /// places are enough.
     pub(super) fn place(&self, block: u32) -> u32 {
         let bits = u32::BITS - self.blocks.saturating_sub(1).leading_zeros();
         block >> bits.saturating_sub(PLACES_BITS)
     }
 }
 
-/// Phase advance for each scan from which on the fifth harmonic turns by half a turn or more in a block, in
-/// turns · 2⁶⁴: 5f·B / rate = ½.
+/// Least phase advance for each scan with which the fifth harmonic turns by half a turn or more in a block, in turns ·
+/// 2⁶⁴: 5f·B / rate = ½.
 const fn increment_limit(block: BlockSize) -> u64 {
     u64::MAX / (2 * HARMONICS as u64 * block.scans() as u64)
 }
@@ -105,16 +105,16 @@ pub enum DriveError {
     /// No blocks to sum over, or so many that sums could overflow.
     #[error("a sum over {blocks} blocks is not possible; sum over 1 to {MAX_BLOCKS}")]
     Blocks {
-        /// As asked for.
+        /// The requested number.
         blocks: u32,
     },
 }
 
 /// Phase advance for each scan of `frequency_hz` at `rate_hz`, in turns · 2⁶⁴.
 ///
-/// The frequency is taken as the exact number that the `f64` is, and the quotient is cut off at 2⁻⁶⁴ of a turn: after
-/// 2.4 million scans (ten minutes at 4 kHz) the phase is off by less than 1e-12 rad. `None` when the frequency is not
-/// above zero, or is half the rate or more, or the rate is zero.
+/// The frequency is the exact number in the `f64`, and the quotient is cut off at 2⁻⁶⁴ of a turn: after 2.4 million
+/// scans (ten minutes at 4 kHz) the phase is off by less than 1e-12 rad. `None` when the frequency is not above zero,
+/// or is half the rate or more, or the rate is zero.
 #[must_use]
 pub fn increment(frequency_hz: f64, rate_hz: u32) -> Option<u64> {
     let possible = frequency_hz > 0.0 && frequency_hz < f64::from(rate_hz) / 2.0;
@@ -126,7 +126,7 @@ pub fn increment(frequency_hz: f64, rate_hz: u32) -> Option<u64> {
     let bits = frequency_hz.to_bits();
     let exponent = (bits >> MANTISSA_BITS) as i32 - BIAS - MANTISSA_BITS as i32;
     let mantissa = u128::from(bits & ((1 << MANTISSA_BITS) - 1) | 1 << MANTISSA_BITS);
-    // mantissa · 2^(64 + exponent) / rate: first as many bits to the left as there is room for.
+    // mantissa · 2^(64 + exponent) / rate: first shifted left as far as there is room.
     let left = 64 + exponent;
     let turns = if left >= 0 {
         (mantissa << left) / u128::from(rate_hz)

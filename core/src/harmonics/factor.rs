@@ -1,7 +1,7 @@
 //! Cholesky's factor of the fit's symmetric matrix, in `f64` and without a matrix library: board and host do the same
-//! operations in the same order, so that they come to the same bits.
+//! operations in the same order and come to the same bits.
 //!
-//! Here and in [`super::solution`] nothing is copied into its callers: on the board this is seldom run and should be small.
+//! No function here or in [`super::solution`] is inlined: the board runs them seldom, and the code stays small.
 
 use super::REGRESSORS;
 use super::replay::TRIANGLE;
@@ -9,8 +9,8 @@ use super::replay::TRIANGLE;
 /// A column of the fit.
 pub(super) type Column = [f64; REGRESSORS];
 
-/// Least part of a column, in squares, that the columns before must leave unexplained: well above what rounding leaves
-/// of nothing.
+/// Least part of a column, in squares, that the columns before it must leave unexplained: well above the rounding
+/// errors of a column that they explain completely.
 const LEAST_UNEXPLAINED: f64 = 1e-12;
 
 /// L of L·Lᵀ, its diagonal inverted; row after row.
@@ -32,7 +32,7 @@ impl Factor {
             }
             let square = matrix[row(i) + i];
             let unexplained = square - dot(&matrix, i, i, i);
-            // Not a number is not greater.
+            // A comparison with not-a-number is false.
             let determined = unexplained > LEAST_UNEXPLAINED * square;
             if !determined {
                 return None;

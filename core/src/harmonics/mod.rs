@@ -1,23 +1,24 @@
 //! Amplitude and phase of every channel at a known drive frequency.
 //!
-//! Words: the *drive* is the frequency at which the base is moved; *settle* is the time let pass before summing, so
-//! that transients are gone; a *harmonic* k is the part of a signal at k times the drive frequency.
+//! Words: the *drive* is the frequency of the base's movement; *settle* is the time before summing, in which transients
+//! pass; a *harmonic* k is the part of a signal at k times the drive frequency.
 //!
-//! The signal is taken as offset + drift + five harmonics, and fitted by least squares:
+//! The model of a signal is offset + drift + five harmonics, fitted by least squares:
 //!
 //! ```text
 //! u[n] = c + d·n + Σₖ aₖ cos(kωn) + bₖ sin(kωn)      k = 1..5
 //! amplitude Aₖ = √(aₖ² + bₖ²)      u ∝ Aₖ cos(kωn − φₖ), φₖ = atan2(bₖ, aₖ)
 //! ```
 //!
-//! The offset column is needed because a signal rides on gravity, the drift column because sensors creep; without
-//! them neither a fraction of a period too much nor a creeping zero would stay out of the amplitude.
+//! The offset column is needed because a signal rides on gravity, the drift column because sensors creep. Without them
+//! a fraction of a period too much, or a creeping zero, would enter the amplitude.
 //!
-//! - [`drive`]: the frequency, and how long to settle and to sum.
-//! - [`choice`]: how large a block may be for it, and what blocks cost.
+//! - [`drive`]: the frequency, and the blocks to settle and to sum.
+//! - [`choice`]: the size of a block for it, and the cost of blocks.
 //! - [`table`]: sines as integers, looked up by a 64-bit phase.
-//! - [`analyser`]: the sums that the board keeps while it samples, integers only, the same work for every block.
-//! - [`replay`]: what the table did in a window, from the drive alone.
+//! - [`sums`] and [`analyser`]: the sums that the board makes while it samples, integers only, the same work for every
+//!   block.
+//! - [`replay`]: the table's values over a window, from the drive alone.
 //! - [`solution`]: from sums to harmonics, in `f64`, at report time, on the board and on the host.
 //! - [`series`]: the same fit for a recorded series of `f64`, and the drive frequency found from it.
 
@@ -28,20 +29,21 @@ mod factor;
 pub mod replay;
 pub mod series;
 pub mod solution;
+pub mod sums;
 pub mod table;
 
-pub use analyser::{Analyser, AnalyserState, ChannelSums, Step};
+pub use analyser::{Analyser, AnalyserState};
 pub use choice::largest_block;
 pub use drive::{Drive, DriveError, increment};
 pub use replay::Replay;
 pub use series::{Series, fit_frequency};
 pub use solution::{Solver, solve, solve_channel};
+pub use sums::{ChannelSums, Step};
+pub use table::HARMONICS;
 
 use serde::{Deserialize, Serialize};
 
-/// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
-pub const HARMONICS: usize = 5;
-/// Analysers that a board has: drive frequencies that it can estimate at once.
+/// Analysers of a board: the drive frequencies that it can estimate at once.
 pub const ANALYSERS: usize = 3;
 /// Regressors of the fit: offset, drift, and a cosine and a sine for each harmonic.
 pub const REGRESSORS: usize = 2 + 2 * HARMONICS;
@@ -80,9 +82,9 @@ pub struct Harmonics {
     pub drift: f64,
     /// The drive frequency and its multiples.
     pub harmonics: [Harmonic; HARMONICS],
-    /// Root mean square of what the fit leaves (for sums in blocks: of the block means).
+    /// Root mean square of the residuals (for sums in blocks: of the block means).
     pub residual_rms: f64,
-    /// Standard uncertainties of everything, from the residuals taken as white.
+    /// Standard uncertainties of all results; the residuals count as white noise.
     pub uncertainty: Uncertainty,
 }
 
@@ -95,11 +97,11 @@ pub struct Uncertainty {
     pub drift: f64,
     /// Of the harmonics' amplitudes.
     pub amplitude: [f64; HARMONICS],
-    /// Of the harmonics' phases, rad; π/√3, that of no knowledge, for a harmonic that is lost in noise.
+    /// Of the harmonics' phases, rad; π/√3, that of an unknown phase, for a harmonic that is lost in noise.
     pub phase: [f64; HARMONICS],
 }
 
-/// Standard deviation of an angle of which nothing is known: π/√3.
+/// Standard deviation of an unknown angle: π/√3.
 const ANY_PHASE: f64 = 1.813_799_364_234_218;
 
 impl Harmonics {
@@ -136,9 +138,9 @@ impl Harmonics {
         libm::sqrt(overtones) / self.first().amplitude()
     }
 
-    /// The same signal with the phases that it would have if it had been sampled `early_rad` of the drive's phase
-    /// earlier: a channel that is converted τ after the trigger reads as late as ωτ too little in every phase, and
-    /// `early_rad` = ωτ refers it to the trigger. Five times as much is at most half a turn.
+    /// The same signal with the phases of samples taken earlier by `early_rad` of the drive's phase. A channel that is
+    /// converted τ after the trigger reads every phase too small by ωτ; `early_rad` = ωτ refers it to the trigger. Five
+    /// times `early_rad` is at most half a turn.
     #[must_use]
     #[inline(never)]
     pub fn sampled_earlier(mut self, early_rad: f64) -> Self {
@@ -153,7 +155,8 @@ impl Harmonics {
     }
 }
 
-/// What the uncertainties of a fit need of its inverted normal equations: times the variance of a row, (co)variances.
+/// The parts of the inverted normal equations from which a fit's uncertainties come: times the variance of a row,
+/// (co)variances.
 #[derive(Debug, Clone, Copy)]
 struct Cofactors {
     offset: f64,
@@ -166,7 +169,7 @@ impl Cofactors {
     #[inline(never)]
     fn uncertainty(&self, harmonics: &[Harmonic; HARMONICS], variance: f64) -> Uncertainty {
         let deviation = |cofactor: f64| libm::sqrt((cofactor * variance).max(0.0));
-        // Along the harmonic's own direction is the amplitude, across it the phase.
+        // The harmonic's own direction gives the amplitude, the direction across it the phase.
         let along = |k: usize, [cosine, sine]: [f64; 2]| {
             let [of_cosine, of_both, of_sine] = self.harmonics[k];
             let of_sum = of_cosine * cosine * cosine + of_sine * sine * sine;
@@ -183,7 +186,7 @@ impl Cofactors {
         let of_phase = |k: usize| {
             let [cosine, sine] = unit(k);
             let across = along(k, [-sine, cosine]);
-            // Not a number when both are zero: nothing was measured, nothing is known.
+            // Not a number when both are zero: then nothing is known.
             let phase = across / harmonics[k].amplitude();
             if phase < ANY_PHASE { phase } else { ANY_PHASE }
         };

@@ -1,15 +1,15 @@
-//! What the table did in a window, in integers: the sums that a solution needs besides the channel's own.
+//! The table's values over a window, in integers: the sums that a solution needs besides the channel's own.
 //!
-//! With z the values that were summed with (1, place, cosines and sines as the table gives them) and x those of the model,
-//! a fit needs ZᵀZ and Zᵀ(X − Z). They depend on the drive alone and are made again from it, block by block:
+//! Let z be the values in the sums (1, place, cosines and sines of the table) and x those of the model. A fit needs ZᵀZ
+//! and Zᵀ(X − Z). They depend on the drive alone, and the replay makes them from it, block by block:
 //!
 //! ```text
-//! x = z + e      e: what rounding took from a wave, what the drift's 4096 places leave of the exact place
+//! x = z + e      e: the rounding of a wave, and the difference of the exact place from the drift's 4096 places
 //! ZᵀZ += z·zᵀ    ZᵀE += z·eᵀ
 //! ```
 //!
-//! All are exact in 62 bits for the longest window. A block takes some 700 instructions on the board, so a long window is
-//! replayed in slices, between which others run.
+//! All are exact in 62 bits for the longest window. A block takes some 700 instructions on the board, so a long window
+//! is replayed in slices, and other tasks run between them.
 
 use super::REGRESSORS;
 use super::drive::{Drive, DriveError};
@@ -20,7 +20,7 @@ pub(super) const TRIANGLE: usize = REGRESSORS * (REGRESSORS + 1) / 2;
 /// Columns that are waves.
 pub(super) const WAVES: usize = REGRESSORS - 2;
 
-/// The sums over the blocks of one drive, as far as they have come.
+/// The sums over the blocks of one drive, up to the present block.
 #[derive(Debug, Clone)]
 pub struct Replay {
     drive: Drive,
@@ -29,15 +29,15 @@ pub struct Replay {
     pub(super) squares: [i64; TRIANGLE],
     /// Zᵀ times the exact place, doubled and centred, 2b + 1 − N.
     pub(super) places: [i64; REGRESSORS],
-    /// Zᵀ times what rounding took from the waves.
+    /// Zᵀ times the rounding of the waves.
     pub(super) rests: [[i64; WAVES]; REGRESSORS],
 }
 
 impl Replay {
-    /// Nothing replayed yet.
+    /// A replay before its first block.
     ///
     /// # Errors
-    /// [`DriveError`] for a drive that no analyser takes.
+    /// [`DriveError`] for a drive that no analyser accepts.
     pub fn new(drive: Drive) -> Result<Self, DriveError> {
         drive.check()?;
         Ok(Self {
@@ -49,13 +49,13 @@ impl Replay {
         })
     }
 
-    /// The drive whose blocks these are.
+    /// The drive of these blocks.
     #[must_use]
     pub fn drive(&self) -> &Drive {
         &self.drive
     }
 
-    /// Goes on by at most `blocks` and says whether it is complete.
+    /// Replays at most `blocks` more; true when the window is complete.
     pub fn advance(&mut self, blocks: u32) -> bool {
         let end = self.done.saturating_add(blocks).min(self.drive.blocks);
         for block in self.done..end {

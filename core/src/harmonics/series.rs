@@ -1,7 +1,7 @@
 //! The harmonic fit of a recorded series, and the drive frequency found from it.
 //!
-//! The motion controller's clock is not the board's, so the frequency that was driven is fitted from the measured
-//! pose: Gauss-Newton on ω with the columns of the fit and the derivative of the first harmonic with respect to ω,
+//! The motion controller's clock is not the board's, so the drive frequency is fitted to the measured pose:
+//! Gauss-Newton on ω with the columns of the fit and the derivative of the first harmonic with respect to ω,
 //!
 //! ```text
 //! ∂u/∂ω = n·(−a₁ sin ωn + b₁ cos ωn)
@@ -31,8 +31,8 @@ fn regressors(theta: f64, fraction: f64) -> SVector<f64, REGRESSORS> {
 pub struct Series;
 
 impl Series {
-    /// Fits a slice at `omega` rad per sample, below π/5, so that the fifth harmonic is no alias; sample 0 has phase
-    /// zero. `None` when it is too short for the twelve unknowns or holds a number that is not finite.
+    /// Fits a slice at `omega` rad per sample, below π/5, so that the fifth harmonic is not an alias; sample 0 has
+    /// phase zero. `None` when it is too short for the twelve unknowns or holds a number that is not finite.
     #[must_use]
     pub fn fit(omega: f64, values: &[f64]) -> Option<Harmonics> {
         Self::fit_all(omega, values.iter().map(|value| [*value])).map(|[fit]| fit)

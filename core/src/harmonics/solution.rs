@@ -1,7 +1,7 @@
 //! From integer sums to harmonics: one code for board and host, with the same bits for an answer.
 //!
-//! The table's values z that were used in the sums are not quite the sines x of the model. They serve as
-//! *instruments*: the sums are Zᵀs, the model says s = Xβ + noise, so
+//! The sums use the table's values z, which are not quite the sines x of the model. They serve as *instruments*: the
+//! sums are Zᵀs, the model says s = Xβ + noise, so
 //!
 //! ```text
 //! (Zᵀ X) β = Zᵀ s
@@ -16,19 +16,19 @@
 //! residual = sᵀs − Zᵀs·(ZᵀZ)⁻¹·Zᵀs      cov β′ = σ² (ZᵀZ)⁻¹
 //! ```
 //!
-//! ZᵀZ and ZᵀE are [`Replay`]ed from the drive, so nothing but the sums has to travel, and are shared by all channels.
+//! [`Replay`] makes ZᵀZ and ZᵀE from the drive, so only the sums have to travel. All channels share both.
 
-use super::analyser::ChannelSums;
 use super::drive::Drive;
 use super::factor::{Column, Factor};
 use super::replay::{Replay, TRIANGLE, WAVES};
+use super::sums::ChannelSums;
 use super::table::{self, sine_cosine};
 use super::{Cofactors, HARMONICS, Harmonic, Harmonics, REGRESSORS};
 
-/// Turns of the correction for the table's rounding.
+/// Steps of the correction for the table's rounding.
 const CORRECTIONS: usize = 3;
-/// Most that the other columns may add to the variance of an unknown. Beyond it an uncertainty is a thousand times what
-/// it would be alone, and the table's rounding no longer so small against what is left.
+/// Greatest factor by which the other columns may raise the variance of an unknown. Beyond it an uncertainty is a
+/// thousand times that of the unknown alone, and the table's rounding is no longer small against the rest.
 const MAX_INFLATION: f64 = 1e6;
 /// The value of one in each column of Z.
 const ONE: f64 = table::ONE as f64;
@@ -55,13 +55,13 @@ pub fn solve_channel(drive: &Drive, late_scans: f64, sums: &ChannelSums) -> Opti
 pub struct Solver<'a> {
     replay: &'a Replay,
     factor: Factor,
-    /// Of one, of the place in the window and of the waves: from a column of Z to the block sum of the model's.
+    /// Of one, of the place in the window and of the waves: factors from a column of Z to the model's block sum.
     gains: [f64; HARMONICS],
     cofactors: Cofactors,
 }
 
 impl<'a> Solver<'a> {
-    /// From a replay that is complete; `None` when its blocks do not determine twelve unknowns and leave a residual.
+    /// From a complete replay; `None` when its blocks do not determine twelve unknowns and leave a residual.
     #[must_use]
     #[inline(never)]
     pub fn new(replay: &'a Replay) -> Option<Self> {
@@ -126,7 +126,7 @@ impl<'a> Solver<'a> {
         self.solve(sums).sampled_earlier(early_rad)
     }
 
-    /// Zᵀs of the block sums less their mean, which is taken out in integers: it is much larger than what is looked for.
+    /// Zᵀs of the block sums less their mean. Integers remove the mean, because it is much larger than the harmonics.
     #[inline(never)]
     fn moments(&self, sums: &ChannelSums) -> Column {
         let drive = self.replay.drive();
@@ -202,7 +202,7 @@ fn gains(drive: &Drive) -> [f64; HARMONICS] {
     })
 }
 
-/// What the covariance needs of D⁻¹ (ZᵀZ)⁻¹ D⁻¹.
+/// The elements of D⁻¹ (ZᵀZ)⁻¹ D⁻¹ that the covariance needs.
 #[inline(never)]
 fn cofactors(factor: &Factor, drive: &Drive, gains: &[f64; HARMONICS]) -> Cofactors {
     let column = |index: usize| factor.inverse(index);

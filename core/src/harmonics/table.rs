@@ -1,21 +1,21 @@
 //! Cosine and sine of a phase and of its multiples, as integers of 20 bits, by the same few instructions for every
 //! phase.
 //!
-//! A phase is a fraction of a turn in the bits of an integer; adding wraps by itself. The nearest of 2048 entries, of
-//! which a quarter is kept (2 KiB), an angle δ of at most π/2048 away, and the addition theorem to the second order give
-//! the first harmonic to 1e-9, the others follow by Chebyshev's recurrence:
+//! A phase is a fraction of a turn in the bits of an integer; additions wrap by themselves. The table has 2048 entries,
+//! of which a quarter is stored (2 KiB). The nearest entry is an angle δ of at most π/2048 away, and the addition
+//! theorem to the second order gives the first harmonic to 1e-9. The others follow by Chebyshev's recurrence:
 //!
 //! ```text
 //! sin(a + δ) ≈ sin a + δ cos a − δ²/2 sin a        cos(a + δ) ≈ cos a − δ sin a − δ²/2 cos a
 //! cos kθ = 2 cos θ cos (k−1)θ − cos (k−2)θ         sin kθ = 2 cos θ sin (k−1)θ − sin (k−2)θ
 //! ```
 //!
-//! All values are below one part in 10⁶ off the true ones, nearly all of it their rounding to 20 bits. Board and host
-//! compute them with the same integers, and [`super::solution`] solves with the very values that were used and with what
-//! rounding took from them, [`Rest`].
+//! All values differ by less than one part in 10⁶ from the true ones, nearly all of it their rounding to 20 bits. Board
+//! and host compute them with the same integers, and [`super::solution`] solves with these very values and with their
+//! rounding, [`Rest`].
 
-use super::HARMONICS;
-
+/// Harmonics that are estimated: the drive frequency and its multiples up to the fifth.
+pub const HARMONICS: usize = 5;
 /// Bits of a phase that choose an entry; the first two are the quarter of the turn.
 const BITS: u32 = 11;
 /// Entries of a whole turn.
@@ -25,9 +25,9 @@ const KEPT: usize = ENTRIES / 4;
 /// A sine of one in the table: 30 bits behind the point.
 pub const UNIT: f64 = 1_073_741_824.0;
 const UNIT_BITS: u32 = 30;
-/// Bits behind the point of the values that are given out.
+/// Bits behind the point of the results.
 const OUT_BITS: u32 = 20;
-/// A sine of one, as it is given out.
+/// A sine of one, in the results.
 pub const ONE: i32 = 1 << OUT_BITS;
 const QUARTER: u32 = 1 << 30;
 /// Bits behind the point of the angle δ, rad.
@@ -37,7 +37,7 @@ const RADIANS: i32 =
     (core::f64::consts::PI / ENTRIES as f64 * (1_u64 << (ANGLE_BITS + 1)) as f64) as i32;
 
 /// The first quarter of a turn of the sine. An entry stands for the phases from its own up to the next, and holds the
-/// sine of their middle, so that cutting off the lower bits of a phase finds the nearest, and the other quarters have
+/// sine of their middle. So cutting off the lower bits of a phase finds the nearest entry, and the other quarters have
 /// the same entries, backwards or negative.
 static SINE: [i32; KEPT] = {
     let mut table = [0; KEPT];
@@ -51,7 +51,7 @@ static SINE: [i32; KEPT] = {
     table
 };
 
-/// Sine of the middle of the entry that `phase` (turns · 2³²) falls into, by no branch.
+/// Sine of the middle of the entry of `phase` (turns · 2³²), without a branch.
 #[inline(always)]
 fn nearest(phase: u32) -> i32 {
     // All ones in the second and fourth quarter, which are read backwards, and in the second half, which is negative.
@@ -61,8 +61,8 @@ fn nearest(phase: u32) -> i32 {
     (entry ^ negative) - negative
 }
 
-/// Σ of the alternating series whose first term is `term` and whose next divides by `n`(`n`+1), and so on, until a term
-/// no longer counts.
+/// Σ of the alternating series with the first term `term`, whose next term divides by `n`(`n`+1), and so on, until a
+/// term no longer counts.
 #[inline(never)]
 const fn taylor(angle: f64, mut term: f64, mut n: f64) -> f64 {
     let mut sum = 0.0;
@@ -96,8 +96,7 @@ impl Waves {
     }
 }
 
-/// What is left of the true cosines and sines when [`Waves`] are taken from them, times [`UNIT`]; to some 1e-9, the
-/// fifth to 1e-8.
+/// The true cosines and sines less [`Waves`], times [`UNIT`]; to some 1e-9, the fifth to 1e-8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rest {
     /// Of cos θ, cos 2θ, … cos 5θ.
@@ -107,7 +106,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// What is left at `phase` (turns · 2⁶⁴) of `waves`, which were looked up by its upper half.
+    /// The rest of `waves`, which were looked up by the upper half of `phase` (turns · 2⁶⁴).
     ///
     /// The multiples are powers of cos θ + i·sin θ, which do not multiply errors as the recurrence does near zero.
     #[must_use]
@@ -130,7 +129,7 @@ impl Rest {
     }
 }
 
-/// Turned by what is below the phases that the table tells apart, turns · 2⁶⁴: a step or two of the unit.
+/// Turned by the part of a phase below the table's resolution, turns · 2⁶⁴: a step or two of the unit.
 fn turned((cosine, sine): (i32, i32), below: u32) -> (i32, i32) {
     const BITS: u32 = 40;
     const UNITS: i64 = (core::f64::consts::TAU * UNIT * (1_u64 << BITS) as f64
@@ -171,7 +170,7 @@ fn first(phase: u32) -> (i32, i32) {
     let within = ((phase << BITS) ^ (1 << 31)) as i32;
     let angle = high(within, RADIANS);
     let square = high(angle, angle);
-    // Where the point of a product is when its lower half is cut off, and how far that is above the unit's.
+    // Position of a product's point after its lower half is cut off, and its distance above the unit's.
     const FIRST_ORDER: u32 = ANGLE_BITS - 32;
     const SECOND_ORDER: u32 = 2 * ANGLE_BITS - 32 - 32 + 1;
     (

@@ -1,8 +1,8 @@
-//! The motion base and its jack transducers as a coefficient set carries them.
+//! The motion base and its jack transducers in a coefficient set.
 //!
-//! With both on board, the board finds its pose by itself ([`crate::live_pose`]). Hinges and lengths are stored as the
-//! board computes with them, in single precision: rounding moves a hinge by a tenth of a micrometre at most, a five
-//! thousandth of what it is known to.
+//! With both, the board finds its pose by itself ([`crate::live_pose`]). Hinges and lengths have the single precision
+//! in which the board computes: rounding moves a hinge by a tenth of a micrometre at most, a five thousandth of its
+//! uncertainty.
 //!
 //! ```text
 //! l_k = l° + m_k · (c·u_k − u°_k)      length of jack k, m, from its counts u_k at supply factor c
@@ -77,8 +77,8 @@ pub enum BaseError {
 }
 
 impl MotionBase {
-    /// `geometry` as the board stores it. The stroke is rounded outwards, so that a base whose home is on its stops
-    /// stays one.
+    /// `geometry` as the board stores it. The stroke is rounded outwards, so that a base with its home on its stops
+    /// stays valid.
     #[must_use]
     pub fn new(geometry: &Geometry<f64>) -> Self {
         let single = |hinge: &Vector3<f64>| [hinge.x as f32, hinge.y as f32, hinge.z as f32];
@@ -91,7 +91,7 @@ impl MotionBase {
         }
     }
 
-    /// The geometry with these very numbers, checked in single precision, as the board does.
+    /// The geometry with these numbers, checked in single precision, as on the board.
     ///
     /// # Errors
     /// Every variant of [`BaseError`] but `Transducer`.
@@ -117,7 +117,7 @@ impl MotionBase {
 }
 
 impl JackCoefficients {
-    /// Whether the numbers are usable.
+    /// Checks that the numbers are usable.
     ///
     /// # Errors
     /// [`BaseError::NotFinite`] and [`BaseError::Transducer`].

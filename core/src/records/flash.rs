@@ -5,11 +5,11 @@
 //! ```
 //!
 //! Pages can be erased only whole, double words written only once, and power may go at any instant. A new set goes into
-//! an empty page, or into that of the oldest set, and never into that of the active one: whatever an interrupted erasure
-//! or write leaves concerns no other. A page holds a set once the last word of it is written, for then alone both
-//! checksums are right.
+//! an empty page, or into that of the oldest set, and never into that of the active one: an interrupted erasure or
+//! write damages no other set. A page holds a set once its last word is written, because only then both checksums are
+//! right.
 //!
-//! A set is stored together with the entry that its activation has in the [`super::log`]: both are there or neither.
+//! A set is stored together with the entry of its activation in the [`super::log`]: both are there, or neither.
 
 use core::cmp::Reverse;
 
@@ -25,50 +25,54 @@ const SET: usize = ENTRY + 8;
 /// Longest record, a multiple of every flash word.
 const RECORD: usize = (SET + MAX_ENCODED).next_multiple_of(32);
 
-/// Why the archive could not do what was asked.
+/// Why the archive refuses or fails.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum ArchiveError<E> {
     /// The set is not fit to be stored.
     #[error(transparent)]
     Record(RecordError),
+    /// The set was made for another board.
+    #[error("the set was made for another board; calibrate this one")]
+    OtherBoard,
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
-    /// What was read back is not what was written, or what was erased is still there.
+    /// The flash does not read back as written, or an erased set is still there.
     #[error("what is read back is not what was written or erased; the flash may be worn out")]
     ReadBack,
 }
 
-/// Where a set is, and its place in history.
+/// The place of a set, and its place in history.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
-    /// How it became active.
+    /// The entry that made it active.
     pub entry: Entry,
-    /// Identity of the set, as the entry has it.
+    /// Identity of the set, from the entry.
     pub id: SetId,
     /// Length of the encoded set, bytes.
     pub length: u16,
-    /// When the campaign was, seconds since 1970-01-01 UTC.
+    /// End of the campaign, seconds since 1970-01-01 UTC.
     pub made_unix_s: u64,
     /// Its page in the archive.
     pub slot: u8,
 }
 
 impl Stored {
-    /// `None` for what is no set that was uploaded.
-    fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<Self> {
+    /// The place of an uploaded set, and the set; `None` for anything else.
+    fn new(slot: u8, entry: Entry, encoded: &[u8]) -> Option<(Self, CoefficientSet)> {
         let set = CoefficientSet::decode(encoded).ok()?;
-        Some(Self {
+        let stored = Self {
             entry,
             id: entry.id.filter(|_| entry.reason == Reason::Upload)?,
             length: encoded.len() as u16,
             made_unix_s: set.unix_s,
             slot,
-        })
+        };
+        Some((stored, set))
     }
 }
 
-/// What is kept, newest first.
+/// The kept sets, newest first.
 pub type History = heapless::Vec<Stored, { KEPT as usize }>;
 
 /// The sets on eight pages of flash.
@@ -95,7 +99,7 @@ impl<F: NorFlash> Archive<F> {
     pub async fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
         let mut history = History::new();
         for slot in 0..KEPT {
-            let place = |entry, encoded: &_| Stored::new(slot, entry, encoded);
+            let place = |entry, encoded: &_| Some(Stored::new(slot, entry, encoded)?.0);
             let found = self.fetch(slot, place).await?;
             if let Some(found) = found.filter(|found| found.entry.counter > after) {
                 let is_older = |kept: &Stored| kept.entry.counter < found.entry.counter;
@@ -107,7 +111,7 @@ impl<F: NorFlash> Archive<F> {
         Ok(history)
     }
 
-    /// The set in a slot; `None` when there is none that decodes.
+    /// The set in a slot; `None` without a set that decodes.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`].
@@ -119,8 +123,8 @@ impl<F: NorFlash> Archive<F> {
             .await
     }
 
-    /// Stores an encoded set that becomes active as `entry` says in place of the set in slot `active`, reads it back and
-    /// returns where it is. A page that does not take it is passed over once.
+    /// Stores an encoded set of `board`, which `entry` makes active in place of the set in slot `active`. Returns its place
+    /// and the set as read back. If a page does not take it, one other page is tried.
     ///
     /// # Errors
     /// Every variant of [`ArchiveError`]; the active set stays as it was.
@@ -129,16 +133,24 @@ impl<F: NorFlash> Archive<F> {
         entry: &Entry,
         encoded: &[u8],
         active: Option<u8>,
-    ) -> Result<Stored, ArchiveError<F::Error>> {
-        CoefficientSet::decode(encoded).map_err(ArchiveError::Record)?;
-        let [first, second] = slots_for_next(active, &self.history(0).await?);
-        match self.store(first, entry, encoded).await {
-            Ok(stored) => Ok(stored),
-            Err(_) => self.store(second, entry, encoded).await,
+        board: &[u8; 12],
+    ) -> Result<(Stored, CoefficientSet), ArchiveError<F::Error>> {
+        let set = CoefficientSet::decode(encoded).map_err(ArchiveError::Record);
+        if set.map(|set| set.board != *board)? {
+            return Err(ArchiveError::OtherBoard);
         }
+        let [first, second] = slots_for_next(active, &self.history(0).await?);
+        // No set lives across a wait, where it would take 600 bytes of RAM: the first result ends with its block.
+        {
+            let stored = self.store(first, entry, encoded).await;
+            if stored.is_ok() {
+                return stored;
+            }
+        }
+        self.store(second, entry, encoded).await
     }
 
-    /// Erases all sets, and looks whether any is left.
+    /// Erases all sets and checks that none is left.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`], [`ArchiveError::ReadBack`].
@@ -159,7 +171,7 @@ impl<F: NorFlash> Archive<F> {
         slot: u8,
         entry: &Entry,
         encoded: &[u8],
-    ) -> Result<Stored, ArchiveError<F::Error>> {
+    ) -> Result<(Stored, CoefficientSet), ArchiveError<F::Error>> {
         let at = self.offset(slot);
         let erased = self.flash.erase(at, at + Self::PAGE).await;
         erased.map_err(ArchiveError::Flash)?;
@@ -187,12 +199,12 @@ impl<F: NorFlash> Archive<F> {
             .ok_or(ArchiveError::ReadBack)?
             .copy_from_slice(encoded);
         let record = record.get(..length).ok_or(ArchiveError::ReadBack)?;
-        // Whether a write failed shows in what is read back; some drivers lose its error.
+        // A failed write shows when it is read back; some drivers lose its error.
         let _ = self.flash.write(at, record).await;
         Ok(())
     }
 
-    /// What `take` makes of the entry and the encoded set in one slot.
+    /// Reads one slot and applies `take` to its entry and its encoded set.
     async fn fetch<T>(
         &mut self,
         slot: u8,
@@ -210,7 +222,7 @@ impl<F: NorFlash> Archive<F> {
     }
 }
 
-/// Entry and encoded set in a page, if there may be any.
+/// Entry and encoded set in a page, if it has the right shape.
 fn parts(record: &[u8; RECORD]) -> Option<(Entry, &[u8])> {
     let (entry, rest) = record.split_first_chunk()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -218,7 +230,7 @@ fn parts(record: &[u8; RECORD]) -> Option<(Entry, &[u8])> {
     Some((Entry::decode(entry)?, rest.get(..length)?))
 }
 
-/// The slot for the next set, and one in case that does not take it: empty ones before those of old sets, and never the
+/// The slot for the next set, and a second one in case that fails: empty slots before those of old sets, and never the
 /// `active` one.
 fn slots_for_next(active: Option<u8>, history: &History) -> [u8; 2] {
     let age = |slot: u8| history.iter().position(|stored| stored.slot == slot);

@@ -1,12 +1,12 @@
-//! The key in flash, in pages of its own, which nothing that is asked over the link reads.
+//! The key in flash, in pages of its own. No request over the link reads them.
 //!
 //! ```text
 //! | counter u32 | 0 u32 | time u64 | key 32 | CRC-32 | 0 u32 |        56 bytes, one record a page
 //! ```
 //!
-//! A new key goes into the other of two pages, so that a power cut leaves the old one or the new one; the one with the
-//! higher counter counts, and the page of the old one is erased afterwards. Counter and time are those of the entry
-//! that the key has in the [`super::log`].
+//! A new key goes into the unused one of two pages, so that a power cut leaves the old key or the new one. The key with
+//! the higher counter is valid, and the page of the old one is erased afterwards. Counter and time are those of the
+//! key's entry in the [`super::log`].
 
 use core::fmt;
 use core::ops::Range;
@@ -29,12 +29,12 @@ impl fmt::Debug for Key {
     }
 }
 
-/// A key, and when it came.
+/// A key, and the time of its arrival.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredKey {
     /// Counter of its log entry.
     pub counter: u32,
-    /// The host's clock then, seconds since 1970-01-01 UTC.
+    /// The host's clock at that time, seconds since 1970-01-01 UTC.
     pub unix_s: u64,
     /// The key.
     pub key: Key,
@@ -71,7 +71,7 @@ pub enum KeyError<E> {
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
-    /// What was read back is not what was written.
+    /// The key does not read back as written.
     #[error("the key reads back differently from what was written; the flash may be worn out")]
     ReadBack,
 }
@@ -92,7 +92,7 @@ impl<F: NorFlash> KeyPages<F> {
         }
     }
 
-    /// The key; `None` on a board that never got one.
+    /// The key; `None` on a board without one.
     ///
     /// # Errors
     /// [`KeyError::Flash`].
@@ -100,7 +100,7 @@ impl<F: NorFlash> KeyPages<F> {
         Ok(self.newest().await?.map(|(_, key)| key))
     }
 
-    /// Stores a key in the place of another; until it reads back whole the other counts.
+    /// Stores a key in place of another; the other is valid until the new one reads back whole.
     ///
     /// # Errors
     /// Every variant of [`KeyError`].
@@ -109,7 +109,7 @@ impl<F: NorFlash> KeyPages<F> {
         let new = 1 - old;
         self.erase(new).await?;
         let at = self.pages[new].start;
-        // Whether the write failed shows in what is read back.
+        // A failed write shows when it is read back.
         let _ = self.flash.write(at, &key.encode()).await;
         if self.read(new).await?.as_ref() != Some(key) {
             return Err(KeyError::ReadBack);

@@ -1,13 +1,13 @@
-//! The log of changes: what became active when, why, and in place of what. It is only ever appended to.
+//! The log of changes: what became active when, why, and in place of what. Entries are only appended.
 //!
-//! Entries of 40 bytes, five flash words, lie one behind the other and are never erased; so a power cut can spoil only
-//! the entry that is being written, whose checksum then does not fit and whose place is passed over:
+//! Entries of 40 bytes, five flash words, lie one behind the other and are never erased. So a power cut can spoil only
+//! the entry under way: its checksum does not match, and its place is passed over:
 //!
 //! ```text
 //! | counter u32 | reason u8 | has id, has previous u8 | 0 u16 | time u64 | id 8 | previous id 8 | CRC-32 | 0 u32 |
 //! ```
 //!
-//! (All little endian.) Counters rise by one from 1. When the log is full, nothing can be changed any more.
+//! (All little endian.) Counters rise by one from 1. When the log is full, the board takes no more changes.
 
 use core::ops::Range;
 
@@ -22,11 +22,11 @@ pub const ENTRY: usize = 40;
 /// Where the checksum begins.
 const CHECKED: usize = 32;
 const ERASED: [u8; ENTRY] = [0xFF; ENTRY];
-/// Places in a row that may fail to take an entry: a word that a power cut left half programmed may look erased and
-/// take nothing.
+/// Places in a row that may fail to take an entry: after a power cut a half-programmed word may look erased and not be
+/// writable.
 const FAILURES: u32 = 8;
 
-/// Why something changed.
+/// The kind of a change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reason {
     /// A set was uploaded.
@@ -37,7 +37,7 @@ pub enum Reason {
     FactoryReset,
     /// The board got a key.
     Provision,
-    /// The active set could not be read any more; the newest that could took its place. The time is unknown, zero.
+    /// The active set became unreadable, and the newest readable one took its place. The time is unknown, zero.
     Fallback,
 }
 
@@ -54,13 +54,13 @@ impl Reason {
 /// One change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
-    /// Counts the changes of this board, from 1.
+    /// Number of the change on this board, from 1.
     pub counter: u32,
-    /// Why.
+    /// Its kind.
     pub reason: Reason,
     /// The host's clock at the change, seconds since 1970-01-01 UTC.
     pub unix_s: u64,
-    /// The set that is active since then; none after a factory reset.
+    /// The set that is active after it; `None` after a factory reset.
     pub id: Option<SetId>,
     /// The set that was active before.
     pub previous: Option<SetId>,
@@ -111,19 +111,19 @@ pub enum LogError<E> {
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
-    /// No place took the entry.
+    /// No place took the entry: it does not read back as written.
     #[error("the entry reads back differently from what was written; the flash may be worn out")]
     ReadBack,
 }
 
-/// How far the log has come.
+/// The end of the log.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct End {
     /// The last entry.
     pub last: Option<Entry>,
-    /// Counter of the last factory reset, zero without one: sets from before it are out of use.
+    /// Counter of the last factory reset, zero without one: sets from before it are not used.
     pub reset: u32,
-    /// Number of the place behind the last that is used.
+    /// Number of the first place behind the used ones.
     place: u32,
 }
 
@@ -166,7 +166,7 @@ impl<F: NorFlash> Log<F> {
         self.range.len() as u32 / ENTRY as u32
     }
 
-    /// Looks for the end, from the beginning.
+    /// Finds the end, from the beginning.
     ///
     /// # Errors
     /// [`LogError::Flash`].
@@ -185,7 +185,7 @@ impl<F: NorFlash> Log<F> {
         Ok(end)
     }
 
-    /// Whether an entry can still be appended behind `end`.
+    /// Whether an entry can still be appended behind `end`: the last eight places stay in reserve for places that fail.
     #[must_use]
     pub fn has_room(&self, end: &End) -> bool {
         end.place + FAILURES < self.places()
@@ -201,7 +201,7 @@ impl<F: NorFlash> Log<F> {
         }
         let bytes = entry.encode();
         for place in end.place..=end.place + FAILURES {
-            // Whether a write failed shows in what is read back; some drivers lose its error.
+            // A failed write shows when it is read back; some drivers lose its error.
             let _ = self.flash.write(self.offset(place), &bytes).await;
             if self.read(place).await? == bytes {
                 end.pass(place, entry);
@@ -211,7 +211,7 @@ impl<F: NorFlash> Log<F> {
         Err(LogError::ReadBack)
     }
 
-    /// The entries from `counter` on that there are, as many as `N`.
+    /// The entries from `counter` on, at most `N`.
     ///
     /// # Errors
     /// [`LogError::Flash`].

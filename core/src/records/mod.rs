@@ -1,10 +1,10 @@
-//! The coefficients as the board keeps them: the record, and its place in flash.
+//! The coefficients on the board: the record, and its place in flash.
 //!
 //! - [`record`]: a [`CoefficientSet`], its identity and its bytes with a checksum.
 //! - [`base`]: the motion base and its jack transducers in a set.
 //! - [`flash`]: the last eight sets in flash; the newest valid one is active.
 //! - [`log`]: every change, appended and never erased.
-//! - [`key`]: the secret without which nothing is changed.
+//! - [`key`]: the secret that every change needs.
 
 pub mod base;
 pub mod flash;

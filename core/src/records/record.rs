@@ -1,11 +1,11 @@
-//! One coefficient set: everything that a calibration leaves behind on the board.
+//! One coefficient set: everything that the board keeps of a calibration.
 //!
 //! ```text
 //! | postcard of the set | CRC-32 (IEEE) of it, little endian |
 //! ```
 //!
-//! The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have
-//! one content. A set is either read whole, with a checksum that fits and numbers that are usable, or not at all.
+//! The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have one
+//! content. A set is either read whole, with a matching checksum and usable numbers, or not at all.
 
 use core::fmt;
 
@@ -18,7 +18,7 @@ use crate::channel::Triad;
 use crate::checksum::checksum;
 
 /// Upper bound of the encoded length of a set, bytes: the longest has 611, 300 of them in the triads and 208 in base
-/// and jacks. Three such sets fill a page of 2 KiB with what the archive adds.
+/// and jacks. The archive gives each set a page of 2 KiB.
 pub const MAX_ENCODED: usize = 640;
 /// Longest geometry name, bytes of UTF-8.
 pub const MAX_NAME: usize = 32;
@@ -26,6 +26,15 @@ pub const MAX_NAME: usize = 32;
 /// Identity of a set by its content.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Default)]
 pub struct SetId(pub [u8; 8]);
+
+impl SetId {
+    /// Identity of the encoded set with this SHA-256.
+    #[must_use]
+    pub fn of_digest(digest: &[u8; 32]) -> Self {
+        let [a, b, c, d, e, f, g, h, ..] = *digest;
+        Self([a, b, c, d, e, f, g, h])
+    }
+}
 
 impl fmt::Display for SetId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -63,7 +72,7 @@ pub struct CoefficientSet {
     pub geometry: heapless::String<MAX_NAME>,
     /// First eight bytes of the SHA-256 of the geometry file.
     pub geometry_hash: [u8; 8],
-    /// When the campaign ended, seconds since 1970-01-01 UTC.
+    /// End of the campaign, seconds since 1970-01-01 UTC.
     pub unix_s: u64,
     /// Mean temperature of the board during the campaign, °C.
     pub temperature_c: f32,
@@ -91,9 +100,9 @@ pub enum RecordError {
     /// The stored checksum is not that of the bytes.
     #[error("the checksum is {stored:08x} but the bytes give {computed:08x}; the set is damaged")]
     Checksum {
-        /// As stored behind the set.
+        /// The stored checksum.
         stored: u32,
-        /// Of the bytes present.
+        /// The checksum of the bytes.
         computed: u32,
     },
     /// The checksum fits, but the bytes are of another version of the record.
@@ -102,13 +111,13 @@ pub enum RecordError {
     /// An offset, matrix element, delay or uncertainty is NaN or infinite, or an uncertainty is negative.
     #[error("{triad:?} holds a number that is not finite, or a negative uncertainty")]
     NotFinite {
-        /// The triad concerned.
+        /// The triad.
         triad: Triad,
     },
     /// A matrix that maps different counts to one value cannot be a calibration.
     #[error("the matrix of {triad:?} is singular")]
     Singular {
-        /// The triad concerned.
+        /// The triad.
         triad: Triad,
     },
     /// Base or jack transducers are not usable.
@@ -168,13 +177,10 @@ impl CoefficientSet {
     /// Identity of an encoded set.
     #[must_use]
     pub fn id_of(encoded: &[u8]) -> SetId {
-        let digest = Sha256::digest(encoded);
-        let mut id = [0; 8];
-        id.copy_from_slice(&digest[..8]);
-        SetId(id)
+        SetId::of_digest(&Sha256::digest(encoded).into())
     }
 
-    /// Whether the numbers are usable.
+    /// Checks that the numbers are usable.
     ///
     /// # Errors
     /// [`RecordError::NotFinite`], [`RecordError::Singular`], [`RecordError::Base`] and [`RecordError::Temperature`].
@@ -216,7 +222,7 @@ impl TriadCoefficients {
 }
 
 /// Whether a triad with this matrix, or with this inverse of it, cannot tell three axes apart. Sensors a few degrees
-/// off their axes have |det| near (norm/√3)³; a thousandth of that is no triad any more.
+/// off their axes have |det| near (norm/√3)³; a matrix with a thousandth of that is singular in practice.
 pub(crate) fn is_singular<T: RealField + Copy>(matrix: &Matrix3<T>) -> bool {
     let scaled = matrix / matrix.amax();
     let scale = scaled.norm();

@@ -1,14 +1,16 @@
-//! Blocks of scans: how many scans, and the sum of each channel over them.
+//! Blocks of scans: their size, and the sum of each channel over them.
 //!
-//! A large block costs fewer instructions for each scan, a small one is sooner there. What summing does to harmonics
-//! is told in [`crate::harmonics::choice`].
+//! A large block costs fewer instructions for each scan; a small one has less latency. [`crate::harmonics::choice`]
+//! tells the effect of summing on harmonics.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use serde::{Deserialize, Serialize};
 
-use super::BLOCK;
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan, unrolled};
+
+/// Scans of a block unless another [`BlockSize`] is chosen.
+pub const BLOCK: usize = BlockSize::Sixteen.scans();
 
 /// Scans that are handled together: one half of each converter's ring buffer.
 #[derive(
@@ -53,14 +55,14 @@ impl BlockSize {
         }
     }
 
-    /// The size with so many scans; `None` when there is none.
+    /// The size with this number of scans, if there is one.
     #[must_use]
     pub fn of_scans(scans: usize) -> Option<Self> {
         Self::ALL.into_iter().find(|size| size.scans() == scans)
     }
 }
 
-/// Sum of every channel over one block, and where in time the block is.
+/// Sum of every channel over one block, and the block's place in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlockSums {
     /// Scan counter of the block's first scan.
@@ -114,8 +116,7 @@ fn add<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], more: [u32; COLUMNS]) {
 /// Sixteen scans, two counts at a time.
 ///
 /// Two scans are as many words as a scan has columns. Every word is added to one sum, its upper half to another; the
-/// second, moved up and taken from the first, leaves the sum of the lower halves. Sums wrap, but what is left is below
-/// 2²⁰.
+/// first less the shifted second leaves the sum of the lower halves. Sums wrap, but the results are below 2²⁰.
 #[inline(never)]
 fn add_up_block<const COLUMNS: usize>(scans: &[[u16; COLUMNS]; BLOCK], sums: &mut [u32; COLUMNS]) {
     const {
@@ -128,10 +129,10 @@ fn add_up_block<const COLUMNS: usize>(scans: &[[u16; COLUMNS]; BLOCK], sums: &mu
         #[inline(always)]
         |word| {
             let (lower, upper) = half_sums(scans, word);
-            // Every column is met once in an even scan and once in an odd one.
+            // Each column occurs once in an even scan and once in an odd one.
             put(sums, 2 * word, lower);
             put(sums, 2 * word + 1, upper);
-            // Otherwise the compiler loads more words at once than there are registers.
+            // Without the fence the compiler loads more words at once than there are registers.
             compiler_fence(Ordering::SeqCst);
         },
     );
@@ -174,7 +175,7 @@ fn put<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], place: usize, sum: u32) 
     }
 }
 
-/// Fewer scans: three columns stay in registers.
+/// Fewer scans: three columns at a time, which fit into the registers.
 fn add_up_few<const COLUMNS: usize>(scans: &[[u16; COLUMNS]], sums: &mut [u32; COLUMNS]) {
     for first in (0..COLUMNS).step_by(3) {
         let mut totals = [0_u32; 3];

@@ -8,12 +8,12 @@
 //! ```
 //!
 //! A converter measures against its supply, so a supply that rises by 0.1 % lowers every count by 0.1 %. The board
-//! measures its supply against the chip's reference; c makes counts mean the same at every supply. It changes seldom,
-//! so c·M and u0/c are [`Prepared`] when it does, and a scan costs one subtraction for each channel and one product
+//! measures its supply against the chip's reference; c gives counts the same meaning at every supply. c changes seldom,
+//! so c·M and u0/c are [`Prepared`] at each change. A scan then costs one subtraction for each channel and one product
 //! for each matrix element.
 //!
-//! Board and host compute in `f32` in the order written here, every operation rounded for itself, so that a host that
-//! has the raw counts, the supply factor and the active set recomputes the board's values bit for bit.
+//! Board and host compute in `f32` in the order written here and round after every operation. So a host with the raw
+//! counts, the supply factor and the active set recomputes the board's values bit for bit.
 
 use crate::channel::{INERTIAL, Scan, Triad};
 use crate::records::{CoefficientSet, TriadCoefficients};
@@ -86,7 +86,7 @@ impl Calibrator {
         }
     }
 
-    /// The coefficients as the sample path uses them at supply factor `supply` (dimensionless, about 1).
+    /// The coefficients for the sample path at supply factor `supply` (dimensionless, about 1).
     #[must_use]
     pub fn at_supply(&self, supply: f32) -> Prepared {
         Prepared {
@@ -112,7 +112,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Without a set every value is zero, for the same work.
+    /// Without a set every value is zero; the work is the same.
     pub const NONE: Self = Self {
         triads: [TriadMap {
             offset: [0.0; 3],
@@ -134,8 +134,8 @@ impl Prepared {
     /// Calibrated values of all scans of a block, and the sum of each channel over it (counts), the same work for
     /// every input.
     ///
-    /// `values` has room for as many scans as there are; scans beyond its end are left out of both. One triad at a
-    /// time goes through the whole block, so that its twelve coefficients stay in registers.
+    /// Scans beyond the end of `values` are left out of both results. One triad at a time goes through the whole block,
+    /// so that its twelve coefficients stay in registers.
     #[inline(never)]
     pub fn block(
         &self,
@@ -161,7 +161,7 @@ impl Prepared {
     ) {
         let triad = self.triads[FIRST / 3];
         let mut totals = [0_u32; 3];
-        // Two scans in a turn: built for size, a turn costs a seventh of the work on a scan.
+        // Two scans in a turn: a turn costs a seventh of the work on a scan when the code is built for size.
         let (pairs, rest) = scans.as_chunks::<2>();
         let (value_pairs, value_rest) = values.as_chunks_mut::<2>();
         for ([scan, next], [values, next_values]) in pairs.iter().zip(value_pairs) {

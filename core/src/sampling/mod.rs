@@ -1,23 +1,20 @@
 //! From counts to calibrated values and block sums, in fixed time.
 //!
-//! The converters leave a *block* of scans in one half of a ring; the sample path takes it where it lies:
+//! The converters leave a *block* of scans in one half of a ring, and the sample path processes it there:
 //!
 //! ```text
 //! ring half ──▶ Prepared::block ──▶ calibrated values of every scan
 //!                     └───────────▶ sum of every channel over the block ──▶ harmonics::Analyser
 //! ```
 //!
-//! - [`block`]: how many scans a block has, and its sums.
+//! - [`block`]: the size of a block, and its sums.
 //! - [`calibrator`]: value = M · (c·u − u0) for every scan.
 //!
-//! The work is the same for every input: no branch on data, no division, no square root. How many instructions that
-//! is, measured on the firmware: `cargo xtask bench sample-path` and `docs/timing.md`.
+//! The work is the same for every input: no branch on data, no division, no square root. `cargo xtask bench
+//! sample-path` and `docs/timing.md` give the number of instructions, measured on the firmware.
 
 pub mod block;
 pub mod calibrator;
 
-pub use block::{BlockSize, BlockSums, add_up};
+pub use block::{BLOCK, BlockSize, BlockSums, add_up};
 pub use calibrator::{Calibrator, Prepared, Values};
-
-/// Scans of a block unless another [`BlockSize`] is chosen.
-pub const BLOCK: usize = BlockSize::Sixteen.scans();

@@ -8,9 +8,9 @@ use crate::live_pose::JackBlock;
 use crate::sample_path::Path;
 use crate::sampling::BlockSize;
 use crate::storage::StorageCommand;
-use crate::wire::Identity;
 use crate::wire::hello::Greeting;
 use crate::wire::status::{EventCount, Events, Resets, StackUse};
+use crate::wire::{FrameError, Identity};
 
 /// Message of a panic before the start.
 pub type PanicMessage = heapless::String<128>;
@@ -113,4 +113,14 @@ pub struct SupplyReading {
     pub temperature_c: f32,
     /// Readings that this is the mean of.
     pub readings: u8,
+}
+
+/// Length of a frame. Everything that is sent fits one, so an error here is a mistake of the build; the host asks again.
+pub(super) fn sendable(
+    board: &mut impl Board,
+    encoded: Result<usize, FrameError>,
+) -> Option<usize> {
+    encoded
+        .inspect_err(|_| board.count(|events| &mut events.frames_unsent))
+        .ok()
 }

@@ -33,9 +33,10 @@ use crate::sampling::BlockSize;
 use crate::storage::StorageCommand;
 use crate::wire::frame::{self, Closed};
 use crate::wire::message::{self, Request, Response, StreamContent};
-use crate::wire::status::{Events, Status};
+use crate::wire::status::{EventCount, Events, Status};
 use crate::wire::{Drive, Frame, FrameError, Kind, PoseReport, Refusal, telemetry};
 
+use self::board::sendable;
 use self::stream::Stream;
 
 /// Longest frame that a host sends: a chunk of a set with all that goes around it, rounded up.
@@ -311,15 +312,8 @@ fn check(analyser: u8, channel: u8) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Length of a frame. Everything that is sent fits one, so an error here is a mistake of the build; the host asks again.
-fn sendable(board: &mut impl Board, encoded: Result<usize, FrameError>) -> Option<usize> {
-    encoded
-        .inspect_err(|_| board.count(|events| &mut events.frames_unsent))
-        .ok()
-}
-
 /// Which count a frame goes to that does not decode.
-fn damaged(error: &FrameError) -> fn(&mut Events) -> &mut crate::wire::status::EventCount {
+fn damaged(error: &FrameError) -> fn(&mut Events) -> &mut EventCount {
     match error {
         FrameError::Encoding => |events| &mut events.frames_not_cobs,
         FrameError::Short { .. } | FrameError::Long { .. } => {

@@ -10,7 +10,7 @@ use crate::sampling::add_up;
 use crate::wire::telemetry::Header;
 use crate::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
 
-use super::{Board, sendable};
+use super::board::{Board, sendable};
 
 /// What the host wants, and how far the stream has come.
 #[derive(Default)]

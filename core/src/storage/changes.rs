@@ -1,4 +1,4 @@
-//! The changes: whoever may make one gets it made and logged, in an order in which no loss of power separates the two.
+//! The changes: each is made and logged in an order in which no loss of power separates the two.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -92,7 +92,7 @@ impl<F: NorFlash> Storage<F> {
         })
     }
 
-    /// Appends the entry of a change that is made; if that fails it comes before the next change.
+    /// Appends the entry of a change that is made; if that fails, the entry precedes the next change.
     pub(super) async fn follow_up(&mut self, entry: &Entry) -> Result<(), Refusal> {
         self.unlogged = Some(*entry);
         self.append(entry).await.map_err(|_| Refusal::Log)?;

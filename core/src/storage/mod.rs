@@ -1,7 +1,7 @@
-//! The storage of the coefficients: what is in flash, who may change it, and the log of changes.
+//! The storage of the coefficients: the content of the flash, the right to change it, and the log of changes.
 //!
-//! Everything about coefficients that a host asks for is answered here, on any flash; the board's storage task only
-//! adds the chip. Nothing but this module changes the flash:
+//! This module answers all requests about coefficients, on any flash; the board's storage task only adds the chip. Only
+//! this module changes the flash:
 //!
 //! ```text
 //! change, tag ──▶ authority ──▶ upload: pieces → commit ─┐
@@ -11,11 +11,11 @@
 //!                               provision ─────────────────▶ key ──▶ log
 //! ```
 //!
-//! The first step of each is the one that counts. When the power goes between the two, the next start carries out the
-//! second ([`Storage::complete`]): no change is ever without its entry, and no entry without its change. The active set is
-//! the one that the last entry names.
+//! The first step of each change decides. When the power goes between the two steps, the next start carries out the
+//! second ([`Storage::complete`]): no change is without its entry, and no entry without its change. The last entry
+//! names the active set.
 //!
-//! What is done at a start, an upload and the changes have files of their own.
+//! The start, an upload and the changes have files of their own.
 
 mod changes;
 mod start;
@@ -33,17 +33,17 @@ use crate::wire::change::{Challenge, Change, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
-/// How long an upload may take from its tag to its commit, ms.
+/// Longest time of an upload from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
 
-/// What a host may ask about coefficients.
+/// The requests of a host about coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StorageCommand {
     /// Which set is active?
     ActiveSet,
     /// Bytes of the active set from this offset on.
     Read(u16),
-    /// The set so many places older than the newest.
+    /// The set that is this many places older than the newest.
     History(u8),
     /// Entries of the log from this counter on.
     Log(u32),
@@ -51,7 +51,7 @@ pub enum StorageCommand {
     Challenge,
     /// A change, with its tag.
     Change(Change, Tag),
-    /// The next piece of an upload, and where it belongs.
+    /// The next piece of an upload, and its offset.
     Chunk(u16, Chunk),
     /// Check, store, read back, activate.
     Commit,
@@ -62,9 +62,9 @@ pub enum StorageCommand {
 /// The active set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Active {
-    /// Which it is.
+    /// Its identity, number and length.
     pub set: ActiveSet,
-    /// What is in it.
+    /// Its coefficients.
     pub content: CoefficientSet,
     slot: u8,
 }
@@ -75,9 +75,9 @@ pub struct Storage<F: NorFlash> {
     layout: FlashLayout,
     board: [u8; 12],
     end: End,
-    /// Entry of a change that was made and is not logged: the power went in between, or the flash failed.
+    /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
     unlogged: Option<Entry>,
-    /// Whether the archive holds sets from before the last factory reset, and no other.
+    /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
     key: Option<StoredKey>,
     active: Option<Active>,
@@ -114,10 +114,11 @@ impl<F: NorFlash> Storage<F> {
         self.active.as_ref()
     }
 
-    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge, and says whether it could.
+    /// Carries out a command at `now_ms`, ms since the start. `random` fills a challenge and returns whether it
+    /// succeeded.
     ///
     /// # Errors
-    /// A [`Refusal`], which says what is wrong.
+    /// A [`Refusal`], which names the problem.
     pub async fn carry_out(
         &mut self,
         command: StorageCommand,
@@ -207,7 +208,7 @@ impl<F: NorFlash> Storage<F> {
         set.ok_or(Refusal::Flash)
     }
 
-    /// Puts a stored set to use; one of another board, whose flash came here, is not.
+    /// Activates a stored set, unless it belongs to another board, which is possible when flash is copied.
     fn activate(&mut self, stored: &Stored, content: CoefficientSet) {
         self.active = (content.board == self.board).then_some(Active {
             set: ActiveSet {
@@ -245,6 +246,7 @@ impl<F: NorFlash> Storage<F> {
 fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
+        ArchiveError::OtherBoard => Refusal::OtherBoard,
         ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
     }
 }

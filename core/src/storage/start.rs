@@ -1,4 +1,4 @@
-//! The start: what is active, and what a loss of power left to be done.
+//! The start: which set is active, and which work a loss of power left over.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -8,8 +8,8 @@ use crate::records::log::{Entry, Reason};
 use crate::wire::Refusal;
 
 impl<F: NorFlash> Storage<F> {
-    /// Reads what is there and puts the active set to use: one that was uploaded and not logged any more, or the one that
-    /// the log names, or the newest when that cannot be read. [`Self::complete`] comes next.
+    /// Reads the flash and activates a set: an uploaded set without its log entry, or the set that the log names, or
+    /// the newest when that cannot be read. [`Self::complete`] comes next.
     ///
     /// # Errors
     /// [`Refusal::Flash`] when the flash cannot be read.
@@ -46,8 +46,7 @@ impl<F: NorFlash> Storage<F> {
     /// from before a factory reset.
     ///
     /// # Errors
-    /// [`Refusal::Log`] or [`Refusal::Erasure`] when something could not be completed; what is active is active all the
-    /// same.
+    /// [`Refusal::Log`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
     pub async fn complete(&mut self) -> Result<(), Refusal> {
         if let Some(entry) = self.unlogged {
             self.follow_up(&entry).await?;

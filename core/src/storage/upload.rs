@@ -1,5 +1,8 @@
 //! An upload, from the change that announces it to the set that is active: announced length and digest, pieces in order,
 //! a commit, all within [`UPLOAD_MS`].
+//!
+//! This file and `mod.rs` are two halves of [`Storage`]: it keeps the upload under way, and an upload is a series of its
+//! commands.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
@@ -7,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::{Storage, UPLOAD_MS, refusal};
 use crate::facts::FlashLayout;
 use crate::records::log::Reason;
-use crate::records::{Archive, CoefficientSet, MAX_ENCODED};
+use crate::records::{Archive, MAX_ENCODED, SetId};
 use crate::wire::{Refusal, Response};
 
 type Encoded = heapless::Vec<u8, MAX_ENCODED>;
@@ -23,8 +26,8 @@ pub(super) struct Upload {
 }
 
 impl Upload {
-    /// Whether it is what was announced, a set, and for this board.
-    fn check(&self, board: &[u8; 12]) -> Result<(), Refusal> {
+    /// Checks that the announced bytes have arrived, and returns the identity of their set.
+    fn check(&self) -> Result<SetId, Refusal> {
         let expected = self.bytes.len() as u16;
         if expected != self.length {
             return Err(Refusal::OutOfOrder { expected });
@@ -32,12 +35,7 @@ impl Upload {
         if Sha256::digest(&self.bytes)[..] != self.digest {
             return Err(Refusal::WrongIdentity);
         }
-        let set = CoefficientSet::decode(&self.bytes).map_err(Refusal::Record)?;
-        if set.board == *board {
-            Ok(())
-        } else {
-            Err(Refusal::OtherBoard)
-        }
+        Ok(SetId::of_digest(&self.digest))
     }
 }
 
@@ -63,7 +61,7 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::Done)
     }
 
-    /// The upload under way, as long as its unlock lasts.
+    /// The upload under way, unless its time is over.
     fn upload(&mut self, now_ms: u64) -> Result<&mut Upload, Refusal> {
         let is_over = |upload: &mut Upload| now_ms.saturating_sub(upload.begun_ms) > UPLOAD_MS;
         if self.upload.take_if(is_over).is_some() {
@@ -96,17 +94,14 @@ impl<F: NorFlash> Storage<F> {
 
     /// Makes the uploaded set the newest in the archive and the active one.
     async fn store(&mut self, now_ms: u64) -> Result<Response, Refusal> {
-        let board = self.board;
         let upload = self.upload(now_ms)?;
-        upload.check(&board)?;
-        let (id, unix_s) = (CoefficientSet::id_of(&upload.bytes), upload.unix_s);
+        let (id, unix_s) = (upload.check()?, upload.unix_s);
         let entry = self.entry(Reason::Upload, Some(id), unix_s);
         let slot = self.active.as_ref().map(|active| active.slot);
         let upload = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
         let mut archive = Archive::new(&mut self.flash, FlashLayout::ARCHIVE);
-        let stored = archive.append(&entry, &upload.bytes, slot).await;
-        let stored = stored.map_err(refusal)?;
-        let content = CoefficientSet::decode(&upload.bytes).map_err(Refusal::Record)?;
+        let appended = archive.append(&entry, &upload.bytes, slot, &self.board);
+        let (stored, content) = appended.await.map_err(refusal)?;
         self.activate(&stored, content);
         self.follow_up(&entry).await?;
         self.committed()

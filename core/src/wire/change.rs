@@ -1,4 +1,4 @@
-//! Changes of what the board keeps, and what a host needs to have one carried out.
+//! Changes of what the board keeps, and the exchange that authorises them.
 //!
 //! ```text
 //! host                                            board
@@ -9,8 +9,8 @@
 //! tag = HMAC-SHA256(key, challenge ‖ unique id of the board ‖ SHA-256(postcard of the change))
 //! ```
 //!
-//! The tag binds a change to this board and this moment: what was recorded on the line is worth nothing later, and
-//! nothing elsewhere. An upload is bound by the digest of the whole set, so its pieces need no tags of their own.
+//! The tag binds a change to this board and this moment: a recording of the line is worthless later and elsewhere. The
+//! digest of the whole set binds an upload, so its pieces need no tags of their own.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,10 +22,10 @@ pub type Challenge = [u8; 16];
 /// HMAC-SHA256 over challenge, board and change.
 pub type Tag = [u8; 32];
 
-/// One change, with the time that the board's log shall have of it.
+/// One change, with its time for the board's log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
-    /// The host's clock, seconds since 1970-01-01 UTC: the board has none.
+    /// The host's clock, seconds since 1970-01-01 UTC: the board has no clock.
     pub unix_s: u64,
     /// What to do.
     pub act: Act,
@@ -45,6 +45,6 @@ pub enum Act {
     Rollback(SetId),
     /// All sets are erased; key and log stay.
     FactoryReset,
-    /// The key from now on. On a board without a key the tag is made with this one, else with the one before.
+    /// The key from now on. The key before it makes the tag; on a board without a key, this key does.
     Provision(Key),
 }

@@ -1,4 +1,4 @@
-//! Frames: how a message is delimited, numbered and checked.
+//! Frames, which delimit, number and check messages.
 //!
 //! COBS takes the zero byte out of a message, so that a zero always ends a frame and a receiver that joins late or
 //! has lost bytes finds the next frame by itself.
@@ -9,13 +9,13 @@ const HEADER: usize = 3;
 const TRAILER: usize = 4;
 /// Longest payload of a frame, bytes.
 pub const MAX_PAYLOAD: usize = 1_152;
-/// Longest frame on the line, bytes: COBS adds one byte in 254 and one, and the closing zero follows.
+/// Longest frame on the line, bytes: COBS adds one byte in 254 and one more, and the closing zero follows.
 pub const MAX_FRAME: usize = {
     let message = HEADER + MAX_PAYLOAD + TRAILER;
     message + message / 254 + 2
 };
 
-/// What a frame carries.
+/// The content of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -48,10 +48,10 @@ impl Kind {
     }
 }
 
-/// A frame taken apart.
+/// A decoded frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// What the payload is.
+    /// The kind of the payload.
     pub kind: Kind,
     /// Number of the request (echoed by its response), or of the telemetry frame.
     pub sequence: u16,
@@ -71,7 +71,7 @@ pub enum FrameError {
         /// Bytes after decoding.
         length: usize,
     },
-    /// The checksum does not fit.
+    /// The checksum does not match.
     #[error("the checksum of a frame does not fit: bytes were lost or changed on the line")]
     Checksum,
     /// An unknown kind.
@@ -121,7 +121,7 @@ pub fn encode(
     Ok(encoded + 1)
 }
 
-/// Takes a frame apart in place; `bytes` are those between two zeros, without them.
+/// Decodes a frame in place; `bytes` are those between two zeros, without them.
 ///
 /// # Errors
 /// Every variant of [`FrameError`] but `Long`.
@@ -155,10 +155,10 @@ pub struct Deframer<const N: usize> {
     overlong: bool,
 }
 
-/// What a received zero byte closed.
+/// The bytes before a received zero.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Closed<'a> {
-    /// Something to give to [`decode`].
+    /// Bytes for [`decode`].
     Frame(&'a mut [u8]),
     /// A run of bytes longer than any frame; it was dropped.
     Overlong,
@@ -175,7 +175,7 @@ impl<const N: usize> Default for Deframer<N> {
 }
 
 impl<const N: usize> Deframer<N> {
-    /// Takes one byte; a zero closes what came before it. Empty runs are passed over.
+    /// Takes one byte; a zero closes the bytes before it. Empty runs are ignored.
     pub fn push(&mut self, byte: u8) -> Option<Closed<'_>> {
         if byte != 0 {
             match self.bytes.get_mut(self.length) {

@@ -1,12 +1,12 @@
 //! The version exchange, whose shape never changes.
 //!
-//! A host first sends an empty hello frame. Whatever versions the two speak, the board answers with a greeting:
+//! A host first sends an empty hello frame. With any two versions, the board answers with a greeting:
 //!
 //! ```text
 //! | "hexsense" | wire version u16 LE | firmware major u8 | minor u8 | patch u8 |
 //! ```
 //!
-//! Later versions may append bytes, which older readers pass over.
+//! Later versions may append bytes, which older readers ignore.
 
 use super::frame::{self, FrameError, Kind};
 
@@ -15,7 +15,7 @@ pub const BAUD: u32 = 2_000_000;
 const MAGIC: &[u8; 8] = b"hexsense";
 const LENGTH: usize = 13;
 
-/// What a board says of itself before anything else.
+/// The first message of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Greeting {
     /// Version of the wire that the board speaks, see [`super::VERSION`].

@@ -1,7 +1,7 @@
 //! The board's own pose, sent beside the blocks while it streams.
 //!
-//! A report belongs to one block, by its scan counter, and says by which set it was made. It carries a pose or the
-//! reason why there is none: a base without a pose is told, never silent.
+//! A report belongs to one block, by its scan counter, and names the set behind it. It carries a pose or the reason why
+//! there is none: a missing pose is always reported.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::kinematics::{ForwardError, Solution};
 use crate::records::{BaseError, SetId};
 use crate::sampling::BlockSize;
 
-/// Most reports in a second; of the blocks that come faster the latest counts.
+/// Most reports in a second; if blocks come faster, the latest counts.
 pub const MAX_RATE_HZ: u32 = 100;
 /// Upper bound of an encoded report, bytes: scan 10, block 1, set 8, variant 1, pose 37.
 pub const MAX_REPORT: usize = 57;
@@ -49,7 +49,7 @@ pub enum PoseRefusal {
     /// The set's base or transducers are not usable.
     #[error("the base in the coefficient set is not usable: {0}")]
     Base(BaseError),
-    /// A length came out as no number.
+    /// A length is not a number.
     #[error("the length of jack {jack} is not a finite number; check the supply of the board")]
     NotFinite {
         /// The jack, 1 to 6.
@@ -75,13 +75,13 @@ pub enum PoseRefusal {
         "no pose has these jack lengths, off by {short_m} m at best; check transducers and geometry file"
     )]
     Unreachable {
-        /// How far, at the last pose on the way, a length is off, m.
+        /// Greatest error of a length at the last pose of the solver, m.
         short_m: f32,
     },
     /// The iterations were used up.
     #[error("the solver did not come to an end, lengths off by {short_m} m; check the transducers")]
     NoConvergence {
-        /// How far, at the last pose on the way, a length is off, m.
+        /// Greatest error of a length at the last pose of the solver, m.
         short_m: f32,
     },
     /// Only a pose on another assembly branch was found.

@@ -1,11 +1,11 @@
-//! Why a request is not carried out: what is wrong, the limit, and what to do.
+//! The refusals of requests: the problem, the limit, and the remedy.
 
 use serde::{Deserialize, Serialize};
 
 use crate::harmonics::DriveError;
 use crate::records::RecordError;
 
-/// Why a request was refused. Each says what to do.
+/// Why a request was refused. Each message names a remedy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
     /// The request does not decode.
@@ -24,9 +24,9 @@ pub enum Refusal {
         "the link cannot carry {bits_per_s} bit/s of telemetry (limit {limit}); ask for less content or a lower rate"
     )]
     LinkCapacity {
-        /// What the stream would need.
+        /// Capacity that the stream needs.
         bits_per_s: u32,
-        /// What the line carries.
+        /// Capacity of the line.
         limit: u32,
     },
     /// The board runs on its internal oscillator.
@@ -37,14 +37,14 @@ pub enum Refusal {
     /// The drive is out of range.
     #[error("{0}")]
     Drive(DriveError),
-    /// The drive was made for another block than the board takes now.
+    /// The block of the drive is not the board's present block.
     #[error(
         "the drive is made for blocks of {drive} scans, and the board takes {board} at a time; set the block first"
     )]
     OtherBlock {
         /// Scans of the drive's blocks.
         drive: u8,
-        /// Scans of the board's.
+        /// Scans of the board's blocks.
         board: u8,
     },
     /// No such analyser.
@@ -73,7 +73,7 @@ pub enum Refusal {
     /// A chunk or commit without a begin.
     #[error("no upload is under way; begin again")]
     NoUpload,
-    /// The announced length is not that of any set.
+    /// No set has the announced length.
     #[error(
         "a set of {length} bytes is not possible (1 to {limit}); the coefficient file is not one"
     )]
@@ -109,7 +109,7 @@ pub enum Refusal {
     /// A tag without a challenge that it answers.
     #[error("no challenge is open: each serves for one change within ten seconds; ask for another")]
     NoChallenge,
-    /// The tag does not fit.
+    /// The tag does not match.
     #[error(
         "the key is not that of this board; nothing has changed. Use the key file it was provisioned with"
     )]
@@ -119,10 +119,10 @@ pub enum Refusal {
         "after a wrong key the board takes no change for another {ms} ms; wait, then use the right key file"
     )]
     BackOff {
-        /// How long still, ms.
+        /// Remaining wait, ms.
         ms: u32,
     },
-    /// The upload took longer than its unlock lasts.
+    /// The upload took longer than allowed.
     #[error("the upload took longer than a minute, and its unlock has expired; begin again")]
     Expired,
     /// No kept set has this identity.
@@ -136,7 +136,7 @@ pub enum Refusal {
         "the log of changes is full, and a change that could not be logged is not made; save the log and replace the board"
     )]
     LogFull,
-    /// The change was made and its entry in the log was not.
+    /// The change is made, but its entry is not in the log.
     #[error(
         "the change was made, but the flash did not take its log entry, which is tried again at the next start; replace the board if that fails too"
     )]
@@ -151,7 +151,7 @@ pub enum Refusal {
         "the chip's random numbers failed their test, so that no challenge can be made; try again, and replace the board if it happens twice"
     )]
     Random,
-    /// Something that needs time is under way.
+    /// An operation that needs time is under way.
     #[error("the board is busy with an earlier request; ask again")]
     Busy,
     /// The sums of an analyser are not complete.

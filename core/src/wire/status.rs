@@ -1,4 +1,4 @@
-//! How the board is: the answer to [`super::Request::Status`], and its parts.
+//! The state of the board: the answer to [`super::Request::Status`], and its parts.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,23 +8,23 @@ use crate::sampling::BlockSize;
 /// Why the board last started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ResetCause {
-    /// The supply came up, and what RAM had held was gone.
+    /// The supply came up, and RAM had lost its content.
     PowerOn,
-    /// The supply dipped, and RAM kept what it held.
+    /// The supply dipped, and RAM kept its content.
     BrownOut,
     /// The reset pin.
     Pin,
-    /// Software asked for it, and there was no panic: a debugger, as a rule.
+    /// Software requested it without a panic: usually a debugger.
     Software,
     /// The firmware panicked or faulted; [`Status::panic`] says how.
     Panic,
     /// The watchdog bit: a part of the board made no progress.
     Watchdog,
-    /// Anything else that the chip reports.
+    /// Another cause that the chip reports.
     Other,
 }
 
-/// How often the board started since its power came on, and why. It is kept in RAM over resets.
+/// Starts of the board since its power came on, by cause. RAM keeps the counts over resets.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resets {
     /// Starts, the one at power-on included.
@@ -39,10 +39,10 @@ pub struct Resets {
     pub panics: u32,
     /// By the watchdog.
     pub watchdog: u32,
-    /// By anything else.
+    /// By another cause.
     pub other: u32,
-    /// How long the board had run when the last reset came, ms, to within the time in which the watchdog is fed: 0.1 s,
-    /// or 1 s when it bit. `None` after power-on, and when that run was shorter.
+    /// Uptime at the last reset, ms, to within the interval at which the watchdog is fed: 0.1 s, or 1 s after a
+    /// watchdog reset. `None` after power-on, and when that run was shorter.
     pub previous_uptime_ms: Option<u64>,
 }
 
@@ -64,7 +64,7 @@ impl Resets {
     }
 }
 
-/// How often something happened, and when last.
+/// The count of an event, and its last time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventCount {
     /// Times since the start; the count stops at its largest value.
@@ -80,7 +80,7 @@ impl EventCount {
         last_ms: 0,
     };
 
-    /// Counts one more, at this uptime.
+    /// Counts one event at this uptime.
     pub fn note(&mut self, uptime_ms: u64) {
         *self = Self {
             count: self.count.saturating_add(1),
@@ -89,14 +89,14 @@ impl EventCount {
     }
 }
 
-/// What went wrong since the start. Each of them lost something or could have.
+/// Faults since the start. Each of them lost data or could have.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Events {
-    /// A result of a converter was not fetched before the next came. The converters were started anew.
+    /// The next result of a converter came before the last was fetched. The converters were restarted.
     pub overruns: EventCount,
-    /// A block was not read before it was overwritten. The converters were started anew.
+    /// A block was overwritten before it was read. The converters were restarted.
     pub late_blocks: EventCount,
-    /// The converters gave no block. They were started anew.
+    /// The converters gave no block and were restarted.
     pub stuck: EventCount,
     /// The link had no room for a block.
     pub blocks_dropped: EventCount,
@@ -104,11 +104,11 @@ pub struct Events {
     pub frames_unsent: EventCount,
     /// Received bytes between two zeros were not COBS.
     pub frames_not_cobs: EventCount,
-    /// A received frame was too short or too long to be one.
+    /// A received frame was too short or too long.
     pub frames_of_wrong_length: EventCount,
-    /// The checksum of a received frame did not fit.
+    /// The checksum of a received frame did not match.
     pub frames_of_wrong_checksum: EventCount,
-    /// A received frame was of no kind that a host sends.
+    /// The kind of a received frame was not one that a host sends.
     pub frames_of_wrong_kind: EventCount,
     /// Bytes came faster than they were taken from the receiver.
     pub receiver_overruns: EventCount,
@@ -116,7 +116,7 @@ pub struct Events {
     pub receiver_errors: EventCount,
     /// The flash corrected a bit of a word that was read.
     pub flash_corrections: EventCount,
-    /// A torn word of flash was read: one whose programming or erasure had been cut short.
+    /// A torn word of flash was read, whose programming or erasure had been cut short.
     pub torn_words: EventCount,
 }
 
@@ -138,7 +138,7 @@ impl Events {
         torn_words: EventCount::NONE,
     };
 
-    /// Times that the converters were started anew after a fault.
+    /// Restarts of the converters after a fault.
     #[must_use]
     pub fn converter_faults(&self) -> u32 {
         total([self.overruns, self.late_blocks, self.stuck])
@@ -156,22 +156,22 @@ impl Events {
     }
 }
 
-fn total<const N: usize>(tallies: [EventCount; N]) -> u32 {
-    tallies
+fn total<const N: usize>(counts: [EventCount; N]) -> u32 {
+    counts
         .iter()
-        .fold(0, |sum, tally| sum.saturating_add(tally.count))
+        .fold(0, |sum, event| sum.saturating_add(event.count))
 }
 
-/// Use of the one stack, on which tasks and interrupts run.
+/// Use of the single stack of tasks and interrupts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackUse {
-    /// Most bytes in use at a time since the start.
+    /// Most bytes in use since the start.
     pub deepest: u32,
-    /// Bytes that there are.
+    /// Bytes of the stack.
     pub size: u32,
 }
 
-/// How the board is. Counters count from the last start.
+/// The state of the board. Counters count from the last start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// Time since start, ms.
@@ -180,26 +180,26 @@ pub struct Status {
     pub rate_hz: u32,
     /// Scans taken.
     pub scans: u64,
-    /// Scans that are taken at a time, see [`super::Request::Block`].
+    /// Scans of a block, see [`super::Request::Block`].
     pub block: BlockSize,
-    /// Scans lost: in the converters, in their rings, and while they were started anew.
+    /// Scans lost: in the converters, in their rings, and during restarts.
     pub scans_lost: u64,
     /// Scan counter of the first scan that was lost.
     pub first_lost_scan: Option<u64>,
-    /// What went wrong, how often and when last.
+    /// Faults, with count and last time.
     pub events: Events,
-    /// Uptime at the first block that was taken with a set, ms.
+    /// Uptime at the first block with a set, ms.
     pub first_with_set_ms: Option<u64>,
-    /// Core cycles that the sample path took for a block.
+    /// Core cycles of the sample path for a block.
     pub path_cycles: PathCycles,
-    /// How far each analyser is.
+    /// Progress of each analyser.
     pub analysers: [AnalyserState; ANALYSERS],
     /// Whether the crystal drives the clock; without it the board is not fit to calibrate.
     pub crystal: bool,
     /// Supply factor VDDA / 3.3 V.
     pub supply: f32,
-    /// Readings of the supply that this factor is the mean of: 16, but fewer in the first 0.3 s after a start, and 0
-    /// before the first. With n of them its noise is √(16 / n) times as large.
+    /// Number of supply readings in this mean: 16, but fewer in the first 0.3 s after a start, and 0 before the first.
+    /// With n of them its noise is √(16 / n) times as large.
     pub supply_readings: u8,
     /// Temperature of the die, °C.
     pub temperature_c: f32,
@@ -209,7 +209,7 @@ pub struct Status {
     pub tilt_approximate_rad: Option<[f32; 2]>,
     /// Why the board started, and how often.
     pub resets: Resets,
-    /// How much of the stack is used.
+    /// Use of the stack.
     pub stack: StackUse,
     /// Whether the board has a key; without one it takes no changes.
     pub provisioned: bool,
@@ -217,8 +217,8 @@ pub struct Status {
     pub panic: Option<heapless::String<128>>,
 }
 
-/// Core cycles from the first to the last instruction of the sample path, since the converters were last started; all
-/// zero before the first block.
+/// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero
+/// before the first block.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PathCycles {
     /// Least of all blocks.

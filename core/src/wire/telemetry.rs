@@ -4,16 +4,16 @@
 //! | header, postcard | counts n × 15 × u16 LE, if streamed | values n × 9 × f32 LE, if streamed |
 //! ```
 //!
-//! The header says how many scans n there are. A block of up to [`MAX_SCANS`] goes as it comes where the line can carry
-//! that; where it cannot, a frame gathers several blocks ([`scans_of_frame`]), so that the size of a block is a matter of
-//! the analysis and not of the link. A block larger than a frame travels in two. What the scans of a frame have in common
-//! seldom changes (the supply is read ten times a second); when it does, a frame ends early.
+//! The header gives the number n of scans. A block of up to [`MAX_SCANS`] goes as it comes where the line can carry
+//! that. Otherwise a frame gathers several blocks ([`scans_of_frame`]), so that the size of a block depends on the
+//! analysis and not on the link. A block larger than a frame travels in two. The common data of a frame's scans seldom
+//! change (the supply is read ten times a second); when they do, a frame ends early.
 //!
-//! Counts travel as they are, 16 bits each. At 4 kHz all fifteen channels then need 1.34 Mbit/s of a line of 2 Mbit/s,
-//! header, checksum and COBS included, of which telemetry may use 1.6; the rest is for answers. Packing differences
-//! would save perhaps a third at rest and nothing while the base shakes, where the frames must fit too: a frame of
-//! constant length takes constant time to make and to send, and a stream that is accepted never fails for what is in
-//! it. Neither are the samples postcard: its variable-length integers would make a count up to three bytes.
+//! Counts travel uncompressed, 16 bits each. At 4 kHz all fifteen channels then need 1.34 Mbit/s of a line of 2 Mbit/s,
+//! header, checksum and COBS included. Telemetry may use 1.6; the rest is for answers. Packed differences would save
+//! perhaps a third at rest and nothing while the base shakes, where the frames must fit too. A frame of constant length
+//! takes constant time to make and to send, and an accepted stream never fails because of its content. Samples are not
+//! postcard either: its variable-length integers would make a count up to three bytes.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ const VALUE_BYTES: usize = INERTIAL * 4;
 /// content 3.
 const MAX_HEADER: usize = 41;
 
-/// What is common to the scans of a frame.
+/// The common data of a frame's scans.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Scan counter of the first scan; the others follow without a gap.
@@ -55,7 +55,7 @@ pub struct Header {
     pub content: StreamContent,
 }
 
-/// Samples on their way into a frame, a scan an item in each list; those that the content leaves out may be empty.
+/// Samples for a frame, one item a scan in each list; lists outside of the content may be empty.
 #[derive(Debug, Clone, Copy)]
 pub struct Samples<'a> {
     /// Counts of the inertial channels.
@@ -69,7 +69,7 @@ pub struct Samples<'a> {
 /// The scans of a frame, as received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// What is common to the scans.
+    /// The common data of the scans.
     pub header: Header,
     /// Raw counts, when streamed.
     pub counts: Option<heapless::Vec<Scan, MAX_SCANS>>,
@@ -117,7 +117,7 @@ pub const fn bits_per_second(
     bits_in_frames(content, rate_hz, block, scans)
 }
 
-/// The same in frames of so many scans.
+/// The same for frames with this number of scans.
 const fn bits_in_frames(
     content: StreamContent,
     rate_hz: u32,
@@ -131,7 +131,7 @@ const fn bits_in_frames(
         let frame = frame_bits(MAX_HEADER + in_frame * (counts + values));
         samples = frame * rate_hz.div_ceil(in_frame as u32);
         if in_frame > block.scans() {
-            // A frame that ends early makes two of one, and so does the next that meets the end of the board's ring.
+            // A frame that ends early becomes two, and so does the next one at the end of the board's ring.
             samples += 2 * SUPPLY_HZ * frame_bits(MAX_HEADER);
         }
     }
@@ -149,12 +149,12 @@ const fn bits_in_frames(
     samples + poses
 }
 
-/// Bits on the line of a frame with so many bytes of payload; sixteen cover header, checksum and COBS.
+/// Bits on the line of a frame with this payload in bytes; sixteen more cover header, checksum and COBS.
 const fn frame_bits(payload: usize) -> u32 {
     ((payload + 16) * 10) as u32
 }
 
-/// Encodes samples as a frame into `out` and returns its length; `header` says how many scans go, and which samples.
+/// Encodes samples as a frame into `out` and returns its length; `header` gives the number of scans and the content.
 ///
 /// # Errors
 /// [`FrameError::Long`] when `out` is shorter than the frame, or there are fewer samples or more scans than a frame

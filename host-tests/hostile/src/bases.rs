@@ -1,4 +1,4 @@
-//! What attacks begin with: contents to upload, and flash that boards with some history have.
+//! The starting points of attacks: contents to upload, and the flash of boards with some history.
 
 use std::cell::RefCell;
 use std::sync::LazyLock;
@@ -10,10 +10,10 @@ use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
 use crate::nor_flash::Nor;
 use crate::sets::{encoded, numbered};
 
-/// The contents that are sets for this board; the others are not.
+/// The number of contents that are sets for this board; the others are not.
 pub const GOOD: usize = 3;
 
-/// Encoded sets, one for another board, one with a number that is none, and bytes that are no set.
+/// Encoded sets, then one for another board, one with a number that is not finite, and bytes that are not a set.
 pub static CONTENTS: LazyLock<[Vec<u8>; GOOD + 3]> = LazyLock::new(|| {
     let [one, two, three] = [1, 2, 3].map(|number| encoded(&numbered(number)));
     let elsewhere = CoefficientSet {
@@ -33,7 +33,7 @@ pub static CONTENTS: LazyLock<[Vec<u8>; GOOD + 3]> = LazyLock::new(|| {
     ]
 });
 
-/// Flash without anything, with a key, with one set, with two sets of which the first is active, and with full archive.
+/// Empty flash, flash with a key, with one set, with two sets of which the first is active, and with a full archive.
 pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
     let empty = Nor::new(PAGES);
     let keyed = after(&empty, |key_holder| {

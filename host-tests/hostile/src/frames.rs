@@ -1,4 +1,4 @@
-//! Bytes on the line: what comes out of the deframer is what the layout says, and the next good frame is found.
+//! Bytes on the line: the deframer's output follows the layout, and it finds the next good frame.
 
 use hexsense_core::wire::frame::{self, Closed, Deframer, Frame};
 use hexsense_core::wire::{Kind, MAX_FRAME, MAX_PAYLOAD};
@@ -7,7 +7,7 @@ use crate::input::Input;
 
 /// A receiver that is short enough for short attacks.
 const SHORT: usize = 32;
-/// Payload of the frame that comes after all damage.
+/// Payload of the frame behind all damage.
 const GOOD: &[u8] = b"the next good request";
 const KINDS: [Kind; 6] = [
     Kind::Hello,
@@ -28,7 +28,7 @@ pub fn run(data: &[u8]) {
     sent(Input(data));
 }
 
-/// Compares the deframer with the layout: runs between zeros, of which empty ones count for nothing.
+/// Compares the deframer with the layout: runs between zeros, without the empty ones.
 fn received<const N: usize>(data: &[u8]) {
     let mut deframer = Deframer::<N>::default();
     let mut expected = data
@@ -60,7 +60,7 @@ fn received<const N: usize>(data: &[u8]) {
     assert!(found, "the good frame was not found");
 }
 
-/// What decodes is the same after it was encoded again.
+/// A decoded frame is the same after it is encoded again.
 fn taken_apart(bytes: &mut [u8]) {
     let Ok(received) = frame::decode(bytes) else {
         return;

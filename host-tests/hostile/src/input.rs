@@ -1,17 +1,17 @@
-//! Bytes that decide what an attack does.
+//! Bytes that steer an attack.
 
-/// What is left of them. Behind the end everything is zero.
+/// The remaining bytes. Behind the end everything is zero.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a>(pub &'a [u8]);
 
 impl<'a> Input<'a> {
-    /// Whether nothing is left.
+    /// Whether no bytes are left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// So many bytes, or those that are left.
+    /// This many bytes, or the remaining ones.
     pub fn bytes(&mut self, most: usize) -> &'a [u8] {
         let (taken, rest) = self.0.split_at(most.min(self.0.len()));
         self.0 = rest;

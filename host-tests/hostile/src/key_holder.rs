@@ -1,4 +1,4 @@
-//! A storage on a flash memory whose power can be cut while it works, and the host that asks it.
+//! A storage on a flash memory whose power can be cut at any operation, and the host that asks it.
 
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ use hexsense_core::wire::message::{CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Response};
 use sha2::{Digest, Sha256};
 
-use crate::nor_flash::{Fault, Nor, layout};
+use crate::nor_flash::{Fault, Nor, PAGE, layout};
 use crate::sets::BOARD;
 
 /// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
@@ -21,10 +21,10 @@ pub const PAGES: usize = 14;
 pub const KEY: Key = Key(*b"the key of the board, 32 bytes..");
 /// Key of another.
 pub const OTHER_KEY: Key = Key(*b"the key of another, also 32 byte");
-/// Keys that hosts have.
+/// The keys of hosts.
 pub const KEYS: [Key; 2] = [KEY, OTHER_KEY];
 
-/// Flash that the storage owns and that can be looked at beside it.
+/// Flash that the storage owns and that the test can inspect.
 #[derive(Clone, Copy)]
 pub struct Shared<'f>(pub &'f RefCell<Nor>);
 
@@ -32,7 +32,7 @@ impl ErrorType for Shared<'_> {
     type Error = Fault;
 }
 
-// Nothing else borrows the memory while an operation, which never waits, is under way.
+// An operation never waits, so no other borrow of the memory is open.
 #[allow(clippy::await_holding_refcell_ref)]
 impl ReadNorFlash for Shared<'_> {
     const READ_SIZE: usize = Nor::READ_SIZE;
@@ -60,20 +60,21 @@ impl NorFlash for Shared<'_> {
     }
 }
 
-/// A board as a host sees it.
+/// A board from the host's side.
 pub struct KeyHolder<F: NorFlash> {
-    /// What answers.
+    /// The storage that answers.
     pub storage: Storage<F>,
     /// Time since the start, ms.
     pub now_ms: u64,
-    /// How many challenges there were: the board draws random ones, which never come twice.
+    /// Number of challenges so far: the board draws random ones, which never come twice.
     pub(crate) challenges: u64,
 }
 
 impl<F: NorFlash> KeyHolder<F> {
-    /// Starts a board with this flash, and says how the start went.
+    /// Starts a board with this flash, and returns the result of the start.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
-        let mut storage = Storage::new(flash, layout(PAGES), BOARD);
+        let pages = flash.capacity() / PAGE;
+        let mut storage = Storage::new(flash, layout(pages), BOARD);
         let started = block_on(async {
             storage.load().await?;
             storage.complete().await

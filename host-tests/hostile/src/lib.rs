@@ -1,15 +1,15 @@
-//! Hostile input: what a broken line, a curious host or worn-out flash can give to the board.
+//! Hostile input: what a broken line, a hostile host or worn-out flash can give to the board.
 //!
 //! Each target is a plain function of some bytes, which it turns into an attack; it panics when a promise is broken.
-//! Fuzzers call them (`cargo xtask fuzz`), and so do ordinary tests, with a kept corpus and with random bytes.
+//! Fuzzers call the targets (`cargo xtask fuzz`), and so do ordinary tests, with a kept corpus and with random bytes.
 //!
 //! - [`frames`]: bytes on the line, and frames damaged on it.
 //! - [`messages`]: the payload of any frame.
 //! - [`storage`]: commands of any kind in any order, with and without the key, with the power cut.
 //! - [`records`]: bytes that may be a coefficient set, and flash with anything in it.
 //!
-//! They share [`input`], [`bases`] to begin with, a [`key_holder`] of the flash, [`nor_flash`], a flash memory whose power
-//! can be cut at any operation, and the [`sets`] that are stored in it.
+//! They share [`input`], the starting points in [`bases`], a [`key_holder`] of the flash, [`nor_flash`], a flash memory
+//! whose power can be cut at any operation, and the [`sets`] that are stored in it.
 
 pub mod bases;
 pub mod frames;

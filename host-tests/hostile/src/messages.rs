@@ -1,4 +1,4 @@
-//! Payloads: none makes a decoder panic, and what decodes is the same after it was encoded again.
+//! Payloads: no payload makes a decoder panic, and a decoded message is the same after it is encoded again.
 
 use hexsense_core::channel::{CHANNELS, INERTIAL};
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
@@ -10,7 +10,7 @@ use hexsense_core::wire::message::{self, Request, Response};
 use hexsense_core::wire::telemetry::{self, Block, Samples};
 use hexsense_core::wire::{Drive, FrameError, MAX_FRAME, PoseReport, frame, pose};
 
-/// The first byte says whose payload the others are.
+/// The first byte chooses the decoder of the others.
 ///
 /// # Panics
 /// When a promise is broken.
@@ -57,7 +57,7 @@ fn response(payload: &[u8]) {
     }
 }
 
-/// A drive that passes the check is one that the board can estimate at: below Nyquist with all its harmonics.
+/// A drive that passes the check can be estimated by the board: all its harmonics are below Nyquist.
 fn estimated(drive: Drive) {
     if drive.check().is_err() {
         return;

@@ -1,8 +1,8 @@
-//! Flash as the STM32G474 has it, with a switch that cuts its power.
+//! Flash of the STM32G474, with a switch that cuts its power.
 //!
-//! Pages of 2 KiB are erased whole; double words of 8 bytes are programmed once after each erasure, except that a
-//! word may always be programmed to zero (RM0440, 3.3.7). One operation is one erased page or one programmed word.
-//! The operation that is under way when the power goes leaves what [`Torn`] says.
+//! Pages of 2 KiB are erased whole; double words of 8 bytes are programmed once after each erasure, except that a word
+//! may always be programmed to zero (RM0440, 3.3.7). One operation is one erased page or one programmed word. [`Torn`]
+//! gives the result of the operation under way at a power cut.
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -26,12 +26,12 @@ pub const fn layout(pages: usize) -> FlashLayout {
 }
 const ERASED: u8 = 0xFF;
 
-/// What the operation leaves that was under way when the power went.
+/// The result of the operation under way at a power cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Torn {
-    /// What was there before.
+    /// The content from before.
     Nothing,
-    /// All it should.
+    /// The complete new content.
     Everything,
     /// Bits that had to change may have changed or not, each by itself.
     SomeBits,
@@ -43,7 +43,7 @@ pub enum Torn {
 }
 
 impl Torn {
-    /// Each of them.
+    /// All of them.
     pub const ALL: [Self; 5] = [
         Self::Nothing,
         Self::Everything,
@@ -53,12 +53,12 @@ impl Torn {
     ];
 }
 
-/// Why the memory did not do as it was told.
+/// Why the memory refuses an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// The power is off.
     PowerLost,
-    /// Not a multiple of what is programmed or erased at once.
+    /// Not a multiple of the unit of programming or erasing.
     Unaligned,
     /// Not in the memory.
     OutOfRange,
@@ -84,12 +84,12 @@ pub struct Nor {
     pub operations: u32,
     /// Erasures of each page.
     pub erasures: Vec<u32>,
-    /// The operation, counted from the next one as 0, that the power does not last for.
+    /// Number of operations that still complete before the power goes.
     cut: Option<(u32, Torn)>,
     powered: bool,
     /// Whether a word that cannot be programmed is reported. The driver's asynchronous form loses that error.
     pub reports: bool,
-    /// Where programming and erasing change nothing any more, without a word.
+    /// The range where programming and erasing have no effect and report no error.
     pub worn_out: std::ops::Range<u32>,
     random: ChaCha8Rng,
 }
@@ -116,13 +116,13 @@ impl Nor {
         0..self.bytes.len() as u32
     }
 
-    /// Lets `operations` more operations pass and cuts the power in the one after them.
+    /// Completes `operations` more operations and cuts the power in the next one.
     pub fn cut_after(&mut self, operations: u32, torn: Torn, seed: u64) {
         self.cut = Some((operations, torn));
         self.random = ChaCha8Rng::seed_from_u64(seed);
     }
 
-    /// Switches the power on again, and forgets a cut that has not come. Returns whether the power had gone.
+    /// Switches the power on again, and cancels a cut that has not come. Returns whether the power was off.
     pub fn power_on(&mut self) -> bool {
         self.cut = None;
         !std::mem::replace(&mut self.powered, true)
@@ -134,13 +134,13 @@ impl Nor {
         self.powered
     }
 
-    /// What is in it.
+    /// Its content.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Puts bytes at a place, as no flash could.
+    /// Changes bytes directly, as no flash could.
     ///
     /// # Panics
     /// When the place is not in the memory.

@@ -1,7 +1,7 @@
 //! Bytes that may be a coefficient set, and flash with anything in it.
 //!
-//! What decodes is the same after it was encoded again, and can be used. A board starts with any flash, or says why
-//! not; as long as the log is sound it then takes a key and a good upload.
+//! A decoded set is the same after it is encoded again, and is usable. A board starts with any flash, or gives the
+//! reason why not; with a sound log it then takes a key and a good upload.
 
 use std::cell::RefCell;
 
@@ -22,12 +22,13 @@ use crate::bases::{BASES, CONTENTS, GOOD};
 use crate::input::Input;
 use crate::key_holder::{KEYS, KeyHolder, PAGES, Shared, id};
 use crate::nor_flash::{Nor, PAGE, layout};
+use crate::sets::BOARD;
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Most changes of flash in an attack.
 const CHANGES: usize = 8;
 
-/// The first byte says what the others are.
+/// The first byte chooses the kind of the others.
 ///
 /// # Panics
 /// When a promise is broken.
@@ -53,7 +54,7 @@ fn body() -> Vec<u8> {
     body
 }
 
-/// With a checksum that fits.
+/// Adds a checksum that matches.
 fn sealed(body: &[u8]) -> Vec<u8> {
     [body, &CHECKSUM.checksum(body).to_le_bytes()].concat()
 }
@@ -123,7 +124,7 @@ fn flash(input: &mut Input) {
                 };
                 let slot = input.byte() % 8;
                 let mut archive = Archive::new(Shared(&nor), FlashLayout::ARCHIVE);
-                let _ = block_on(archive.append(&entry, content, Some(slot)));
+                let _ = block_on(archive.append(&entry, content, Some(slot), &BOARD));
             }
             _ => {
                 let page = (usize::from(input.byte()) % PAGES * PAGE) as u32;
@@ -140,7 +141,7 @@ const LOGGED: [u32; 4] = [0, 1, 2, 4];
 /// The log in a memory of so many pages.
 const LOG_OF_NOR: std::ops::Range<u32> = layout(PAGES).log();
 
-/// Overwrites some bytes, as no flash could; whether the log is as before.
+/// Overwrites some bytes, as no flash could; returns whether the log is unchanged.
 fn raw(nor: &RefCell<Nor>, input: &mut Input) -> bool {
     let at = usize::from(input.short());
     let length = usize::from(input.byte());

@@ -35,7 +35,7 @@ pub fn numbered(number: u32) -> CoefficientSet {
     }
 }
 
-/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger one; all numbers are short.
+/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger circle; all numbers are short.
 #[must_use]
 pub fn base() -> MotionBase {
     MotionBase {

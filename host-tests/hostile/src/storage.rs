@@ -1,8 +1,7 @@
-//! Commands in any order, at any time, by hosts with and without the key, with the power cut at any operation.
+//! Commands in any order, at any time, from hosts with and without the key, with the power cut at any operation.
 //!
-//! Whatever comes: the active set is one that was committed by somebody with the key, the log's counters have no gap
-//! and its last entry names the active set, a wrong tag changes not a word of flash, and in the end the board takes a
-//! good upload.
+//! In every case the active set is one that the key holder committed, the log's counters have no gap and its last entry
+//! names the active set, a wrong tag changes no word of flash, and in the end the board takes a good upload.
 
 use std::cell::RefCell;
 
@@ -19,7 +18,7 @@ use crate::input::Input;
 use crate::key_holder::{KEYS, KeyHolder, Shared, announced, id, signed, upload_of};
 use crate::nor_flash::{Nor, Torn};
 
-/// Most commands of an attack; more find nothing new and take their time.
+/// Most commands of an attack; more take time and find no new cases.
 const COMMANDS: usize = 32;
 /// The first byte picks the board's history, the others are commands.
 ///
@@ -27,7 +26,7 @@ const COMMANDS: usize = 32;
 /// When a promise is broken.
 pub fn run(data: &[u8]) {
     let mut input = Input(data);
-    // The full archive is rare, for it takes ten times as long.
+    // The full archive is rare, because it takes ten times as long.
     let base = match input.byte() {
         255 => 4,
         byte => usize::from(byte % 4),
@@ -43,21 +42,21 @@ pub fn run(data: &[u8]) {
     attack.end();
 }
 
-/// An attack, and what the board may have become by it.
+/// An attack, and the possible states of the board after it.
 struct Attack<'f> {
     nor: &'f RefCell<Nor>,
     key_holder: KeyHolder<Shared<'f>>,
     challenge: Option<Challenge>,
     heard: Option<(Change, Tag)>,
-    /// Keys that the board may have: two when the power went while it got one.
+    /// Keys that the board may have: two after a power cut in a provisioning.
     keys: Vec<Option<Key>>,
-    /// Sets that may be active: two when the power went while one was made so.
+    /// Sets that may be active: two after a power cut in a change of the active set.
     active: Vec<Option<SetId>>,
     /// Sets that were committed since the last factory reset.
     kept: Vec<SetId>,
-    /// What a host with the key announced.
+    /// The upload that the key holder announced.
     upload: Option<SetId>,
-    /// What is being sent, and how far it has come.
+    /// The bytes under way, and the number already sent.
     sent: (usize, usize),
 }
 
@@ -139,7 +138,7 @@ impl<'f> Attack<'f> {
         }
     }
 
-    /// A question, which changes nothing.
+    /// A question, which changes no state.
     fn question(&mut self, input: &mut Input) {
         let command = match input.byte() % 4 {
             0 => StorageCommand::ActiveSet,
@@ -168,7 +167,7 @@ impl<'f> Attack<'f> {
         self.change(change, tag, key);
     }
 
-    /// A change rightly signed with `key`, or wrongly without.
+    /// A change signed with the right key, or with a wrong one.
     fn change(&mut self, change: Change, tag: Tag, key: Option<&Key>) {
         let entitled = key.is_some_and(|key| {
             self.keys.iter().any(|own| match (own, &change.act) {
@@ -222,7 +221,7 @@ impl<'f> Attack<'f> {
         }
     }
 
-    /// The next piece of what is being sent.
+    /// The next piece of the upload under way.
     fn piece(&mut self) {
         let (content, offset) = self.sent;
         let rest = CONTENTS[content].get(offset..).unwrap_or_default();
@@ -244,7 +243,7 @@ impl<'f> Attack<'f> {
         self.settle(&answer, upload.map(Some), before);
     }
 
-    /// An upload as a host with the key makes it.
+    /// An upload of the key holder.
     fn whole_upload(&mut self, content: usize) {
         let content = content % CONTENTS.len();
         self.challenge = Some(self.key_holder.challenge());
@@ -257,12 +256,12 @@ impl<'f> Attack<'f> {
         self.commit();
     }
 
-    /// Whether flash was worked on since then.
+    /// Whether the flash was changed since then.
     fn operated(&self, (operations, powered): (u32, bool)) -> bool {
         powered && self.nor.borrow().operations > operations
     }
 
-    /// Takes in the answer to a change that makes `wanted` active.
+    /// Applies the answer to a change that makes `wanted` active.
     fn settle(
         &mut self,
         answer: &Result<Response, Refusal>,
@@ -293,7 +292,7 @@ impl<'f> Attack<'f> {
         );
     }
 
-    /// Switches off and on; the first start may be cut like anything else, the second is not.
+    /// Switches off and on; the first start may be cut, the second is not.
     fn restart(&mut self, cut: Option<(u32, Torn)>) {
         self.nor.borrow_mut().power_on();
         if let Some((operations, torn)) = cut {
@@ -317,7 +316,7 @@ impl<'f> Attack<'f> {
         assert!(!self.keys.is_empty(), "provisioned: {is_provisioned}");
     }
 
-    /// A good host gets its upload through, and what the board remembers is in order.
+    /// A good host completes its upload, and the board's records are in order.
     fn end(&mut self) {
         let was_cut = self.nor.borrow_mut().power_on();
         if was_cut {

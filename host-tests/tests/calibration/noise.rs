@@ -1,5 +1,5 @@
-//! The stated covariance of a triad is the scatter of simulated campaigns: white noise and wandering biases sample by
-//! sample, through means over holds and fitted sines, as real captures go.
+//! The stated covariance of a triad is the scatter of simulated campaigns: white noise and wandering biases, sample by
+//! sample, through means over holds and fitted sines, as in real captures.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ struct Campaign {
 impl Campaign {
     fn new(density: f64, walk: f64, frequency_hz: f64) -> Self {
         Self {
-            // Far from straight, so that no index can be mistaken for another.
+            // Far from straight, so that no two indices give the same numbers.
             sensitivity: Matrix3::new(
                 1_500.0, 1_200.0, -200.0, 100.0, 1_450.0, 700.0, -900.0, 50.0, 1_550.0,
             ),
@@ -44,7 +44,7 @@ impl Campaign {
         StandardNormal.sample(&mut self.random)
     }
 
-    /// Samples of one sensor's error over the next stretch of time; the bias goes on from where it was.
+    /// Samples of one sensor's error over the next stretch of time; the bias continues.
     fn errors(&mut self, length_s: f64, bias: &mut f64) -> Vec<f64> {
         // A one-sided density d is a variance d²·fs/2 of each sample.
         let white = self.noise.density[0] * (RATE_HZ / 2.0).sqrt();
@@ -124,8 +124,8 @@ impl Campaign {
         }
     }
 
-    /// Checks the scatter of a thousand campaigns against what each says of itself. Three alike sensors make it three
-    /// thousand rows, whose variances are known to 2.6 %; single elements of M to 2.2 % of their deviation.
+    /// Checks the scatter of a thousand campaigns against the covariance that each states. Three alike sensors make it
+    /// three thousand rows, whose variances are known to 2.6 %; single elements of M to 2.2 % of their deviation.
     fn check(&mut self, variance: std::ops::Range<f64>, deviation: std::ops::Range<f64>) {
         const TRIALS: usize = 1_000;
         let fits: Vec<_> = (0..TRIALS).map(|_| self.fit()).collect();
@@ -170,8 +170,8 @@ fn a_wandering_bias_scatters_a_triad_as_stated() {
     Campaign::new(1.0, 0.6, 0.5).check(0.9..1.1, 0.9..1.1);
 }
 
-/// At 0.1 Hz the wandering is most of the noise. What is left of it below the drive frequency, where the fit's drift
-/// column does not reach, adds up to a fifth to its variance.
+/// At 0.1 Hz the wandering is most of the noise. Its part below the drive frequency, which the fit's drift column does
+/// not remove, adds up to a fifth to its variance.
 #[test]
 fn a_wandering_bias_in_a_slow_sine_scatters_a_triad_as_stated() {
     Campaign::new(1.0, 0.6, 0.1).check(0.95..1.2, 0.93..1.13);

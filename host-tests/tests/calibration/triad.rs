@@ -50,7 +50,7 @@ fn sensors() -> impl Strategy<Value = Sensors> {
 }
 
 impl Sensors {
-    /// What the sensors read on a hold at this attitude; the bias has wandered by `wandered` since the zero run.
+    /// The sensors' reading on a hold at this attitude; the bias has wandered by `wandered` since the zero run.
     fn hold(&self, run: usize, time_s: f64, (roll, pitch): (f64, f64), wandered: f64) -> Hold {
         let truth = Vector3::new(
             pitch.sin(),
@@ -67,7 +67,7 @@ impl Sensors {
         }
     }
 
-    /// What the sensors read of this motion.
+    /// The sensors' reading of this motion.
     fn sine(&self, frequency_hz: f64, truth: [Complex<f64>; 3]) -> SineRun {
         let omega = TAU * frequency_hz;
         let late = Complex::from_polar(1.0, -omega * self.delay_s);
@@ -85,7 +85,7 @@ impl Sensors {
         }
     }
 
-    /// Pitch run, roll run, and a heave sine that the other axes feel a little of.
+    /// Pitch run, roll run, and a heave sine with a little motion along the other axes.
     fn linear_runs(&self) -> (Vec<Hold>, Vec<SineRun>) {
         let levels = [0.3, 0.0, -0.3, 0.0];
         let pitch = (0..4).map(|h| self.hold(0, 20.0 * h as f64, (0.01, levels[h]), 3.0));
@@ -172,13 +172,14 @@ fn runs_that_leave_an_axis_out_are_refused() {
     undetermined("nothing", &[], &[]);
     undetermined("one pose", &holds[..1], &[]);
     undetermined("pitch without roll", &holds[..4], &[]);
-    // At the same roll all along the third axis is a constant share of the second, up to rounding.
+    // At the same roll, the signal along the third axis is a constant share of the second, up to rounding.
     let vertical = [0.0, 0.01_f64.cos(), -0.01_f64.sin()];
     let heave = sensors.sine(0.7, vertical.map(|part| Complex::new(1.5, 0.4) * part));
     undetermined("pitch and heave without roll", &holds[..4], &[heave]);
     undetermined("one sine", &[], &angular[..1]);
 
-    // Two axes in the plane across (1, 2, −1.5), rounded: nothing is exactly zero, and still one direction is missing.
+    // Two axes in the plane across (1, 2, −1.5), rounded: no number is exactly zero, and still one direction is
+    // missing.
     let in_plane = |frequency_hz: f64, a: f64, b: f64| {
         let (one, other) = (
             Vector3::new(2.0, -1.0, 0.0) / 3.0,

@@ -1,7 +1,7 @@
 //! The truth of a sine run, against the motion of the sensor's place differentiated numerically.
 //!
-//! The core forms ω×(ω×r) and its like; here the path of the sensor block itself is differenced, x = p + A·r, and
-//! f = Aᵀ(ẍ + g·up). Rotations are matrices by Rodrigues' formula, nothing else.
+//! The core computes ω×(ω×r) and similar terms. This test differentiates the path of the sensor block itself, x = p +
+//! A·r, and f = Aᵀ(ẍ + g·up). Rotations are matrices by Rodrigues' formula, nothing else.
 
 use std::f64::consts::TAU;
 
@@ -9,6 +9,7 @@ use hexsense_core::calibration::truth::{Site, coordinates, sine_truth, specific_
 use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
 use hexsense_core::harmonics::{Harmonic, Harmonics, Series, Uncertainty};
 use hexsense_core::kinematics::{Angles, Convention, Geometry, Pose};
+use host_tests::reference::six_three;
 use nalgebra::{Complex, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 const G: f64 = 9.81;
@@ -148,7 +149,7 @@ fn harmonics(offset: f64, waves: &[(f64, f64)]) -> Harmonics {
     }
 }
 
-/// Everything at once: 14° of turn about three axes out of phase, off the level, with overtones.
+/// All at once: 14° of turn about three axes out of phase, off the level, with overtones.
 fn tumble() -> Fitted {
     Fitted([
         harmonics(0.1, &[(0.2, -0.1), (0.01, 0.0)]),
@@ -189,7 +190,7 @@ fn one_axis_alone_has_the_amplitudes_of_the_book() {
                 found.angular_rate[other].norm() + found.angular_acceleration[other].norm() < 1e-12
             );
         }
-        // Roll to the right leaves +Y's pull along −Z, pitch up along +X; yaw does not turn gravity.
+        // A roll to the right moves +Y's pull along −Z, pitch up along +X; yaw does not turn gravity.
         let bessel = 2.0 * (amplitude / 2.0 - amplitude.powi(3) / 16.0);
         let sway = Complex::new(0.0, -G * bessel);
         let zero = Complex::new(0.0, 0.0);
@@ -236,7 +237,7 @@ fn the_whole_way_from_a_program_through_poses_and_fits_is_right() {
         .into_iter()
         .collect(),
     };
-    let geometry = geometry();
+    let geometry = six_three();
     let start_s = 3.0 / frequency_hz;
     let mut series: [Vec<f64>; 6] = Default::default();
     for n in 0..(3.0 * rate_hz / frequency_hz) as usize {
@@ -264,24 +265,13 @@ fn the_whole_way_from_a_program_through_poses_and_fits_is_right() {
         }
     }
     let omega = TAU * frequency_hz;
-    // One period further in, where differences stay inside the steady part.
+    // One period after the start, where differences stay inside the steady part.
     let motion = Driven(&program, &geometry, start_s + 1.0 / frequency_hz, omega);
     let off = worst(
         &found(&fits, omega, &SITE),
         &expected(&motion, omega, &SITE),
     );
     assert!(off < 1e-8, "{off:e}");
-}
-
-fn geometry() -> Geometry<f64> {
-    let ring = |radius: f64, degrees: f64| {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        Vector3::new(radius * cos, 0.0, radius * sin)
-    };
-    let side = |jack: usize| if jack.is_multiple_of(2) { -52.0 } else { 52.0 };
-    let lower = std::array::from_fn(|jack| ring(2.2, 120.0 * (jack / 2) as f64 + side(jack)));
-    let upper = std::array::from_fn(|jack| ring(1.5, 120.0 * (jack / 2) as f64));
-    Geometry::new(lower, upper, 2.1, 3.4, None).unwrap()
 }
 
 #[test]

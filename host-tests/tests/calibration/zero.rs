@@ -1,4 +1,4 @@
-//! A zero run at rest is accepted; one that moved, drifted or holds no numbers is refused with what it did.
+//! A zero run at rest is accepted; a run that moved, drifted or holds no numbers is refused with the reason.
 
 use approx::assert_relative_eq;
 use hexsense_core::calibration::zero::{SEGMENTS, ZeroError, ZeroLimits, zero};
@@ -112,7 +112,7 @@ fn what_is_not_a_number_is_refused() {
             assert_eq!(zero(&samples, LIMITS), refused, "{bad}");
         }
     }
-    // The samples left over when ten segments are cut count as well.
+    // The samples left over after ten segments count as well.
     let mut samples = vec![1.0; 1_009];
     samples[1_008] = f64::NAN;
     let refused = Err(ZeroError::NotFinite { sample: 1_008 });

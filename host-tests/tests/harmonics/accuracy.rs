@@ -1,4 +1,4 @@
-//! How exact the board's sums are over the whole range, with the block that the host chooses.
+//! Accuracy of the board's sums over the whole range, with the block that the host chooses.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,12 +17,12 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::reference;
 
 const RATES_HZ: [u32; 3] = [1_000, 2_000, 4_000];
-/// Off the table's grid and not commensurate with the rates, so that rounding to counts is not alike in every period.
+/// Off the table's grid and not commensurate with the rates, so that rounding to counts differs from period to period.
 const FREQUENCIES_HZ: [f64; 9] = [
     0.010_37, 0.033_1, 0.101_3, 0.500_3, 2.001_9, 7.013, 12.53, 31.07, 49.93,
 ];
 
-/// The drive that a host would ask for: the largest block, and about so many periods.
+/// The drive that a host would choose: the largest block, and about so many periods.
 pub fn drive(frequency_hz: f64, rate_hz: u32, periods: f64) -> Drive {
     let block = largest_block(frequency_hz, rate_hz.into(), periods, &[], 0.0).unwrap();
     let scans = periods * f64::from(rate_hz) / frequency_hz;
@@ -90,7 +90,7 @@ fn riding_on_gravity_the_first_harmonic_is_that_of_double_precision_from_a_hundr
                 let case = format!("{frequency_hz} Hz at {rate_hz} Hz, {periods} periods");
                 assert!(error < 5e-7, "{case}: {error:e}");
                 // Single scans weigh the rounding to whole counts a little differently from blocks; the choice of the
-                // block keeps that small.
+                // block keeps the difference small.
                 let single: Vec<f64> = counts.iter().map(|count| f64::from(*count)).collect();
                 let expected = reference::harmonics(cycles, &single);
                 let error = off(&found, expected[2], expected[3], 3_000.0);
@@ -190,7 +190,7 @@ fn ten_minutes_at_a_hundredth_of_a_hertz_end_within_a_microradian() {
 fn increments_are_exact_and_absurd_frequencies_have_none() {
     assert_eq!(increment(250.0, 1_000), Some(1 << 62));
     assert_eq!(increment(1.0, 3), Some(u64::MAX / 3));
-    // 0.1 Hz is no binary fraction: what the f64 holds, times 2⁶⁴, over 4000.
+    // 0.1 Hz is not a binary fraction: the value of the f64, times 2⁶⁴, over 4000.
     assert_eq!(
         increment(0.1, 4_000),
         Some(((0.1_f64 * 2_f64.powi(55)) as u128 * 512 / 4_000) as u64)
@@ -222,12 +222,12 @@ fn one_signal_on_two_ranks_has_one_phase() {
         (first - last).abs() < 1e-5 && (first - 0.3).abs() < 1e-5,
         "{first} and {last}"
     );
-    // Without the correction eight ranks of 25.6 µs are plain to see.
+    // Without the correction the delay of eight ranks of 25.6 µs is visible.
     assert!((raw - raw_last - TAU * 50.0 * 8.0 * 25.6e-6).abs() < 1e-5);
 }
 
-/// Variance of the amplitude at phase `phase` that no unbiased estimator of the twelve unknowns can be below, for white
-/// noise of variance one in every scan (Cramér-Rao): the inverse of the Gram matrix of single scans.
+/// Cramér-Rao bound of the amplitude's variance at phase `phase`, for an unbiased estimator of the twelve unknowns and
+/// white noise of variance one in every scan: the inverse of the Gram matrix of single scans.
 fn cramer_rao(cycles: f64, length: usize, phase: f64) -> f64 {
     let mut gram = SMatrix::<f64, 12, 12>::zeros();
     for n in 0..length {
@@ -247,10 +247,10 @@ fn cramer_rao(cycles: f64, length: usize, phase: f64) -> f64 {
     along.dot(&(gram.try_inverse().unwrap() * along))
 }
 
-/// The stated uncertainty is the residual's standard deviation times what the estimator makes of white noise; that the
-/// statement is true is counted in `scatter`. So a noisy signal tells the estimator's variance at once: over three
-/// periods the drift column alone costs 1.075 along the sine (and 2.55 over one, were there no overtones to fit; with
-/// them 6.5), which the bound of the twelve unknowns knows.
+/// The stated uncertainty is the residual's standard deviation times the estimator's response to white noise; `scatter`
+/// counts whether that statement is true. So a noisy signal shows the estimator's variance at once. Over three periods
+/// the drift column alone costs 1.075 along the sine (and 2.55 over one without overtones, 6.5 with them), which the
+/// bound of the twelve unknowns includes.
 #[test]
 fn white_noise_scatters_no_more_than_a_twentieth_above_the_bound_from_a_hundredth_to_fifty_hertz() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -306,7 +306,7 @@ fn a_series_reaches_the_bound() {
     }
 }
 
-/// 2000 trials know a standard deviation to 1.6 %.
+/// 2000 trials determine a standard deviation to 1.6 %.
 #[test]
 fn every_harmonic_scatters_as_it_says() {
     const TRIALS: usize = 2_000;

@@ -20,7 +20,7 @@ pub fn drive(frequency_hz: f64, rate_hz: f64, blocks: u32) -> Drive {
     }
 }
 
-/// Blocks that hold about `periods` periods, never a whole number of them.
+/// The blocks of about `periods` periods, never a whole number of them.
 fn blocks(frequency_hz: f64, rate_hz: f64, periods: f64) -> u32 {
     (periods * rate_hz / frequency_hz / BLOCK as f64).ceil() as u32
 }
@@ -59,8 +59,8 @@ fn counts(frequency_hz: f64, rate_hz: f64, phase: f64, length: usize) -> Vec<u16
     (0..length).map(|n| at(n).round() as u16).collect()
 }
 
-/// Drive frequency and scan rate, Hz: slow and fast ones, none commensurate with the rate, so that rounding to whole
-/// counts is not alike in every period.
+/// Drive frequency and scan rate, Hz: slow and fast ones, not commensurate with the rate, so that rounding to whole
+/// counts differs from period to period.
 fn cases() -> impl Iterator<Item = (f64, f64)> {
     let slow = [0.01, 0.1234, 0.5003, 1.0007, 2.0019, 3.317, 5.0123, 5.9871];
     let fast = [0.57, 3.317, 12.53, 20.03, 24.87];
@@ -79,8 +79,8 @@ fn relative(found: &Harmonics, expected: &[f64]) -> f64 {
 fn sums_solve_to_the_least_squares_of_the_same_counts() {
     for (frequency_hz, rate_hz) in cases() {
         for (phase, periods) in [(2.1, 3.0), (-1.0, 3.4)] {
-            // Single counts are rounded, and summing in blocks weighs that a little differently: with fewer samples
-            // than a thousand this alone is 5e-7.
+            // Single counts are rounded, and sums in blocks weigh that a little differently: with fewer than a thousand
+            // samples this alone is 5e-7.
             let blocks = blocks(frequency_hz, rate_hz, periods).max(80);
             let counts = counts(frequency_hz, rate_hz, phase, blocks as usize * BLOCK);
             let found = solved(&analyse(drive(frequency_hz, rate_hz, blocks), &counts));
@@ -115,7 +115,7 @@ fn summing_in_blocks_costs_nothing() {
             );
             for k in 1..5 {
                 let off = found.harmonics[k].cosine - expected[2 + 2 * k];
-                // Parts of a count: the sums' table is not the ideal one, and rounding to whole counts shows it.
+                // In fractions of a count: the sums' table is not ideal, and rounding to whole counts shows it.
                 assert!(off.abs() < 5e-3, "{case}, harmonic {}: {off:e}", k + 1);
             }
         }
@@ -225,8 +225,8 @@ fn a_window_that_is_replayed_in_slices_gives_the_same_bits() {
     }
 }
 
-/// A window of less than a period hardly tells twelve unknowns from each other. What is still answered must be right by
-/// its own uncertainty; the rest is refused.
+/// A window of less than a period hardly separates twelve unknowns. An answer must be right within its own uncertainty;
+/// other windows are refused.
 #[test]
 fn a_window_too_short_for_its_unknowns_is_refused_before_it_is_wrong() {
     let mut refused = 0;

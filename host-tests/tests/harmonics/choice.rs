@@ -1,4 +1,4 @@
-//! The block that a drive allows, and what happens to those who take a larger one; gaps.
+//! The block that a drive allows, the effect of a larger one, and gaps.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +24,8 @@ fn the_fifth_harmonic_turns_by_a_tenth_of_a_turn_at_most() {
     }
 }
 
-/// A hundredth of full scale beside a multiple of the block rate: what the sums make of it, and what the chosen block.
+/// A disturbance of a hundredth of full scale beside a multiple of the block rate: its effect on the sums, and the
+/// chosen block.
 #[test]
 fn a_known_disturbance_is_kept_from_the_first_harmonic() {
     let (frequency_hz, rate_hz) = (0.5, 1_000);
@@ -119,6 +120,6 @@ fn the_limits_of_a_drive_follow_its_block() {
         assert_eq!(BlockSize::of_scans(block.scans()), Some(block));
     }
     assert_eq!(BlockSize::of_scans(2), None);
-    // What one channel and fifteen take.
+    // Sizes of one channel and of fifteen.
     assert!(size_of::<Analyser>() <= 1_536);
 }

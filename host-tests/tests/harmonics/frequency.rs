@@ -1,4 +1,4 @@
-//! The drive frequency, found from the series itself.
+//! The drive frequency from the series itself.
 
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ fn the_frequency_is_found_from_one_per_cent_off() {
 }
 
 /// Variance of the frequency of a sine of amplitude A in white noise σ: at least 24σ²/(A²N³) (rad per sample)². The
-/// drift and the overtones cost a little of it; 1000 trials know a variance to 4.5 %.
+/// drift and the overtones raise it a little; 1000 trials determine a variance to 4.5 %.
 #[test]
 fn noise_scatters_the_frequency_no_more_than_theory_allows() {
     const TRIALS: usize = 1_000;

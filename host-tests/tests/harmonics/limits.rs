@@ -1,4 +1,4 @@
-//! How far the sums reach, and what they say of themselves on the way.
+//! The range of the sums, and their state on the way.
 
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::analyser::MAX_BLOCKS;
@@ -36,7 +36,7 @@ fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
             assert_eq!(with(1, blocks), Err(DriveError::Blocks { blocks }));
         }
     }
-    // What users ask for: 6 Hz at 1 kHz and 25 Hz, just, at 4 kHz.
+    // Frequencies that users need: 6 Hz at 1 kHz and 25 Hz, just, at 4 kHz.
     for (below, above, rate_hz) in [(6.24, 6.26, 1_000.0), (24.9, 25.1, 4_000.0)] {
         assert_eq!(drive(below, rate_hz, 100).check(), Ok(()));
         let refused = drive(above, rate_hz, 100).check();
@@ -46,7 +46,8 @@ fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
 
 #[test]
 fn the_longest_sum_of_full_scale_does_not_overflow() {
-    // Arithmetic is checked in tests: an overflow panics. Each channel is driven to make one of its sums greatest.
+    // Arithmetic is checked in tests: an overflow panics. Each channel gets the counts that make one of its sums
+    // greatest.
     let drive = Drive {
         increment: u64::MAX / 161,
         block: BlockSize::default(),

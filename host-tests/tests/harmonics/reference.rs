@@ -1,4 +1,4 @@
-//! Least squares done another way: columns made orthogonal one after another (Gram-Schmidt), on single samples.
+//! Least squares by another method: columns made orthogonal one after another (Gram-Schmidt), on single samples.
 
 use std::f64::consts::TAU;
 

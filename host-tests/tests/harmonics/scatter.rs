@@ -1,4 +1,4 @@
-//! White noise scatters the amplitude as theory says, and the stated uncertainty is that scatter.
+//! White noise scatters the amplitude as theory predicts, and the stated uncertainty is that scatter.
 //!
 //! The bound is var Â ≥ 2σ²/N. The drift column is not orthogonal to the sines: its correlation with sine k over P
 //! periods is √6/(πkP), so that a sine's variance grows by 1 + r₁²/(1 − Σ rₖ²), which is 1.075 for three periods and
@@ -35,7 +35,7 @@ fn variances(fits: &[Harmonics]) -> (f64, f64) {
     (observed, mean(&|fit| fit.uncertainty.amplitude[0].powi(2)))
 }
 
-/// 4000 trials know a variance to 2.2 %; 5 % beyond theory is more than two of that.
+/// 4000 trials determine a variance to 2.2 %; 5 % beyond theory is more than two of that.
 #[test]
 fn a_series_scatters_by_the_bound_and_says_so() {
     const TRIALS: usize = 4_000;
@@ -69,7 +69,7 @@ fn a_series_scatters_by_the_bound_and_says_so() {
     }
 }
 
-/// Fifteen channels with noise of their own are fifteen trials at once: 6000 know a variance to 1.8 %.
+/// Fifteen channels with noise of their own are fifteen trials at once: 6000 determine a variance to 1.8 %.
 #[test]
 fn the_board_scatters_by_the_bound_and_says_so() {
     const RUNS: usize = 400;
@@ -97,7 +97,7 @@ fn the_board_scatters_by_the_bound_and_says_so() {
             }));
         }
         let (observed, stated) = variances(&fits);
-        // A block's sum sees the sine smaller by this, and the noise as it is.
+        // A block's sum attenuates the sine by this factor, and leaves the noise.
         let seen = (PI * 16.0 / 320.0).sin() / (16.0 * (PI / 320.0).sin());
         let bound =
             2.0 * noise * noise / (f64::from(blocks) * BLOCK as f64) * growth / seen.powi(2);
@@ -108,7 +108,7 @@ fn the_board_scatters_by_the_bound_and_says_so() {
             observed / bound
         );
         assert!((stated / bound - 1.0).abs() < 0.01, "{}", stated / bound);
-        // Means of sixteen scatter by a quarter, and twelve of sixty degrees of freedom are fitted away.
+        // Means of sixteen scatter by a quarter, and the fit takes twelve of sixty degrees of freedom.
         let expected = noise / 4.0 * (48.0_f64 / 60.0).sqrt();
         assert!((rms / expected - 1.0).abs() < 0.02, "{rms} for {expected}");
     }

@@ -70,8 +70,8 @@ fn worst_error(rate_hz: f64, frequency_hz: f64, length: usize, offset: f64) -> f
 }
 
 /// Published errors of seven estimators; the last column is a three-parameter least squares in double precision. Over
-/// ten periods nine parameters more cost nothing, so that the very numbers must come out; over one period they cost
-/// what the scatter grows by, and the luck of one rounding is not that of another.
+/// ten periods nine more parameters cost nothing, so the same numbers must come out. Over one period they cost the
+/// growth of the scatter, and the rounding errors of two runs differ.
 #[test]
 fn errors_are_those_published_for_double_precision() {
     let published = include_str!("../data/estimator_f32_errors.csv");

@@ -25,7 +25,7 @@ fn waves_are_sines_to_little_more_than_their_rounding() {
                 .max(off(waves.sine[k - 1], angle.sin()));
         }
     }
-    // Half a step of 2⁻²⁰, and what five steps of the recurrence add near zero and half a turn.
+    // Half a step of 2⁻²⁰, and the error that five steps of the recurrence add near zero and half a turn.
     let rounding = 0.5 / f64::from(ONE);
     assert!(
         worst > rounding && worst < 1.5 * rounding,

@@ -1,4 +1,4 @@
-//! Each target takes the inputs that fuzzers found worth keeping, and random ones; it panics where a promise is broken.
+//! Each target takes the inputs that fuzzers found, and random ones; it panics where a promise is broken.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,8 @@ fn target(name: &str) -> Target {
     found.unwrap().1
 }
 
-/// Runs a target on what is kept, on `runs` inputs that differ from those in a few bytes, and on as many random ones.
+/// Runs a target on the kept inputs, on `runs` inputs that differ from those in a few bytes, and on as many random
+/// ones.
 fn attack(name: &str, runs: u32, longest: usize) {
     let run = target(name);
     let mut random = ChaCha8Rng::seed_from_u64(20_261_126);
@@ -65,7 +66,7 @@ fn no_bytes_in_flash_keep_the_board_from_starting() {
     attack("records", 3_000, 120);
 }
 
-/// The attacks would be harmless on boards that are not what they seem.
+/// Checks the starting points of the attacks: on wrong ones the attacks would be harmless.
 #[test]
 fn attacks_begin_on_boards_with_the_history_they_say() {
     let logged = bases::BASES.each_ref().map(|nor| {

@@ -1,4 +1,4 @@
-//! Lengths that lie, numbers that are none, frequencies above Nyquist and zero periods: each is refused by its name.
+//! Wrong lengths, numbers that are not finite, frequencies above Nyquist and zero periods: each is refused by its name.
 
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ use hostile::key_holder::{KEYS, KeyHolder, Shared, upload_of};
 use hostile::sets::{encoded, numbered};
 use proptest::prelude::*;
 
-/// The request as it arrives, after its bytes went over the line.
+/// The request after its way over the line.
 fn arrived(request: &Request) -> Option<Request> {
     let mut out = [0; MAX_FRAME];
     let length = encode_request(request, 0, &mut out).unwrap();
@@ -59,7 +59,7 @@ fn numbers(set: &mut CoefficientSet) -> Vec<&mut f32> {
         .collect()
 }
 
-/// A board with a key and a set refuses the upload of these bytes as `is_expected` says, changes nothing, and takes
+/// A board with a key and a set refuses the upload of these bytes as `is_expected` demands, changes nothing, and takes
 /// the next good one.
 fn refused(act: Act, bytes: &[u8], is_expected: impl Fn(Refusal) -> bool) {
     let nor = RefCell::new(BASES[2].clone());

@@ -1,4 +1,4 @@
-//! The motion bases that the tests run on, and random poses of them.
+//! The motion bases of the tests, and random poses of them.
 
 use geometries::PRESETS;
 use hexsense_core::kinematics::convention::from_z_up;
@@ -45,7 +45,7 @@ pub fn hinges(name: &str) -> [[Vector3<f64>; 6]; 2] {
     hinges
 }
 
-/// A platform of `geometries.csv` with a stroke wide enough for what the tests do with it.
+/// A platform of `geometries.csv` with a stroke wide enough for the tests.
 pub fn published(name: &str, lengths: [f64; 2], home_height: Option<f64>) -> Geometry<f64> {
     let [lower, upper] = hinges(name);
     Geometry::new(lower, upper, lengths[0], lengths[1], home_height).unwrap()

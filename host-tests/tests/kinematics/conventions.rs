@@ -1,10 +1,11 @@
-//! The three rotation conventions, each against matrices from outside.
+//! The three rotation conventions, each against matrices from other sources.
 
 use std::f64::consts::FRAC_PI_2;
 
 use approx::{assert_abs_diff_eq, assert_abs_diff_ne};
 use hexsense_core::kinematics::convention::{from_z_up, to_z_up};
 use hexsense_core::kinematics::{Angles, Convention, inverse};
+use host_tests::reference::gost;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -46,20 +47,7 @@ const ANGLES: Angles<f64> = Angles {
 /// GOST 20058-80: the matrix written out term by term.
 #[test]
 fn gost_is_the_matrix_of_the_standard() {
-    let (sg, cg) = ANGLES.roll.sin_cos();
-    let (st, ct) = ANGLES.pitch.sin_cos();
-    let (sp, cp) = ANGLES.yaw.sin_cos();
-    let standard = Matrix3::new(
-        cp * ct,
-        sp * sg - cp * st * cg,
-        sp * cg + cp * st * sg,
-        st,
-        ct * cg,
-        -ct * sg,
-        -sp * ct,
-        cp * sg + sp * st * cg,
-        cp * cg - sp * st * sg,
-    );
+    let standard = gost(ANGLES.roll, ANGLES.yaw, ANGLES.pitch);
     let rotation = Convention::Gost.rotation(ANGLES);
     assert_abs_diff_eq!(
         *rotation.to_rotation_matrix().matrix(),
@@ -77,8 +65,8 @@ fn zyx_and_xyz_are_products_of_turns_about_z_up_axes() {
     assert_abs_diff_eq!(xyz, rx(roll) * ry(pitch) * rz(yaw), epsilon = 1e-15);
 }
 
-/// Dietmaier's published rotation matrices: angles in each convention give the matrix back by that convention's
-/// product of turns, and mixing two conventions up gives another one.
+/// Dietmaier's published rotation matrices: angles in each convention give the matrix back by that convention's product
+/// of turns, and a mixture of two conventions gives another matrix.
 #[test]
 fn published_rotations_come_back_in_their_own_convention_only() {
     for row in rows("dietmaier40_poses.csv") {

@@ -1,4 +1,4 @@
-//! Everything that is not a pose is told apart, and nothing wrong is returned as a pose.
+//! Lengths without a pose are told apart, and no wrong pose is returned.
 
 use hexsense_core::kinematics::forward::{ForwardError, Options, Solver};
 use hexsense_core::kinematics::{Pose, inverse, jacobian};
@@ -69,8 +69,8 @@ fn lengths_outside_the_stroke_are_named_with_their_limits() {
     );
 }
 
-/// Two neighbours on one upper hinge, one long and one short, next to a pair the other way round: inside the stroke,
-/// and no pose has them.
+/// Two neighbours on one upper hinge, one long and one short, next to a pair the other way round: the lengths are
+/// inside the stroke, and no pose has them.
 #[test]
 fn lengths_without_a_pose_are_unreachable() {
     let lengths = [
@@ -114,7 +114,7 @@ fn hunts_singular_pose_is_called_singular() {
             "{result:?}"
         );
     }
-    // Nor is there a branch to follow from there to anywhere else.
+    // There is no branch from there to anywhere else either.
     let onwards = wide.track(&lengths.map(|length| length + 0.1), &pose);
     assert!(
         matches!(onwards, Err(ForwardError::Singular { .. })),
@@ -158,8 +158,8 @@ fn too_few_iterations_are_no_convergence() {
 }
 
 /// Near the ill-conditioned ones of Dietmaier's poses the sign of det J differs from one side to the other. From the
-/// wrong side no pose is tracked, and where Newton's method does get across, the branch is named; as a guess the same
-/// start is good enough.
+/// wrong side no pose is tracked, and where Newton's method does get across, the error names the branch; as a guess the
+/// same start is good enough.
 #[test]
 fn a_pose_across_a_singularity_is_another_branch() {
     let geometry = dietmaier();

@@ -1,4 +1,4 @@
-//! The representative bases are those of the design table, and home is where it should be.
+//! The representative bases are those of the design table, and home is at the right height.
 
 use approx::assert_abs_diff_eq;
 use hexsense_core::kinematics::forward::{Options, Solver};
@@ -67,7 +67,7 @@ fn representative_bases_move_as_far_as_the_design_says() {
     }
 }
 
-/// How far the base goes along `way` from home before a jack ends.
+/// The distance from home along `way` until a jack ends.
 fn reach(geometry: &Geometry<f64>, way: impl Fn(f64) -> (Vector3<f64>, Vector3<f64>)) -> f64 {
     let home = geometry.home();
     let inside = |q: &f64| {

@@ -1,4 +1,4 @@
-//! Published tables: hinges, poses and lengths that nobody on this project made up.
+//! Published tables: hinges, poses and lengths from outside of this project.
 
 use approx::assert_abs_diff_eq;
 use hexsense_core::kinematics::convention::{from_z_up, to_z_up};

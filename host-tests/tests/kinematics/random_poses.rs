@@ -1,4 +1,4 @@
-//! Forward kinematics from home: none missed, none wrong, and the figures returned with it are true.
+//! Forward kinematics from home finds every pose, no wrong one, and returns true figures with it.
 
 use hexsense_core::kinematics::forward::{Options, Solver};
 use hexsense_core::kinematics::jacobian::condition_bound;
@@ -11,7 +11,7 @@ use crate::bases::{disturbed, joined_to_home, misfit, presets, published, withou
 
 const POSES: usize = 10_000;
 
-/// The pose is found, exactly, and what is said about it holds.
+/// The pose is found exactly, and the figures with it are true.
 fn assert_found(name: &str, solver: &Solver<f64>, pose: &Pose<f64>) {
     let geometry = solver.geometry();
     let lengths = inverse(geometry, pose);
@@ -25,7 +25,7 @@ fn assert_found(name: &str, solver: &Solver<f64>, pose: &Pose<f64>) {
     );
     let (distance, angle) = solution.pose.distance(pose);
     let size = geometry.length_max_m();
-    // What a residual of 1e-10 may cost at a pose as ill-conditioned as this.
+    // The possible error from a residual of 1e-10 at such an ill-conditioned pose.
     let allowed = 1e-9 * solution.condition_bound * size.max(1.0);
     assert!(
         distance < allowed && angle < allowed,
@@ -125,7 +125,7 @@ fn the_bound_of_the_condition_number_is_one_and_not_far_off() {
     }
 }
 
-/// With a tolerance this loose one step leads from far off to a worse conditioned pose.
+/// With so loose a tolerance one step leads from a distant pose to a worse conditioned one.
 #[test]
 fn the_bound_belongs_to_the_pose_that_is_returned() {
     let geometry = crate::bases::preset("il-96-300");
@@ -145,7 +145,7 @@ fn the_bound_belongs_to_the_pose_that_is_returned() {
         let lengths = inverse(&geometry, &turned(end));
         let solution = solver.track(&lengths, &turned(end - 0.4)).unwrap();
         let exact = condition_bound(&geometry, &solution.pose);
-        // An eighth is to spare, and the lengths are not yet those that the bound is scaled with.
+        // An eighth is to spare, and the lengths here are not yet those that scale the bound.
         let ratio = solution.condition_bound / exact;
         assert!((1.0..1.4).contains(&ratio), "{end}: {exact} {solution:?}");
     }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::bases::{disturbed, joined_to_home, presets};
 
-/// Greatest error of the position that the board may add, m; of the rotation, rad.
+/// Greatest error that the board may add: of the position, m; of the rotation, rad.
 const ALLOWED: f64 = 5e-7;
 
 fn to_single(pose: &Pose<f64>) -> Pose<f32> {
@@ -26,7 +26,7 @@ fn to_double(pose: &Pose<f32>) -> Pose<f64> {
     }
 }
 
-/// Both get the same lengths, rounded to single precision; the double one has the geometry as the file says it.
+/// Both get the same lengths, rounded to single precision; the double one has the geometry of the file.
 #[test]
 fn single_precision_costs_less_than_half_a_micrometre() {
     let mut random = ChaCha8Rng::seed_from_u64(30);

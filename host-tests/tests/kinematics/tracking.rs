@@ -83,7 +83,7 @@ fn a_jump_is_told_from_a_movement() {
     }
 }
 
-/// A gap in the record, a bad sample, and lengths that no pose has: what comes after is found all the same.
+/// A gap in the record, a bad sample, and lengths that no pose has: the tracker finds the next pose all the same.
 #[test]
 fn a_tracker_goes_on_after_gaps_and_bad_samples_on_the_branch_of_home() {
     for (name, geometry) in presets() {

@@ -3,7 +3,7 @@
 use embassy_futures::block_on;
 use hexsense_core::records::{Archive, CoefficientSet, Stored};
 use host_tests::nor_flash::Nor;
-use host_tests::sets::{encoded, numbered, uploaded};
+use host_tests::sets::{BOARD, encoded, numbered, uploaded};
 
 /// Pages that the board gives to the archive.
 pub const PAGES: usize = 8;
@@ -13,7 +13,9 @@ pub fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
     let mut archive = Archive::new(nor, 0);
     let active = block_on(archive.history(0)).ok()?;
     let active = active.first().map(|newest| newest.slot);
-    block_on(archive.append(&uploaded(number), &encoded(&numbered(number)), active)).ok()
+    let set = encoded(&numbered(number));
+    let appended = block_on(archive.append(&uploaded(number), &set, active, &BOARD));
+    Some(appended.ok()?.0)
 }
 
 /// The newest set and its place.

@@ -4,7 +4,7 @@ use embassy_futures::block_on;
 use hexsense_core::records::{Archive, ArchiveError, CoefficientSet, RecordError};
 
 use host_tests::nor_flash::{Nor, PAGE};
-use host_tests::sets::{encoded, numbered, uploaded};
+use host_tests::sets::{BOARD, encoded, numbered, uploaded};
 
 use crate::appends::{PAGES, append, newest};
 
@@ -46,7 +46,7 @@ fn the_active_set_is_never_overwritten_however_old_it_is() {
     for number in 2..=30 {
         let (entry, set) = (uploaded(number), encoded(&numbered(number)));
         let mut archive = Archive::new(&mut nor, 0);
-        block_on(archive.append(&entry, &set, Some(pinned.slot))).unwrap();
+        block_on(archive.append(&entry, &set, Some(pinned.slot), &BOARD)).unwrap();
         let history = block_on(archive.history(0)).unwrap();
         assert_eq!(history.last(), Some(&pinned));
         assert_eq!(history.len(), 8.min(number as usize));
@@ -68,7 +68,7 @@ fn a_page_that_is_worn_out_is_passed_over() {
 }
 
 #[test]
-fn bytes_that_are_no_set_are_refused_and_nothing_is_written() {
+fn bytes_that_are_not_a_set_of_this_board_are_refused_and_nothing_is_written() {
     let mut nor = Nor::new(PAGES);
     append(&mut nor, 1).unwrap();
     let (before, operations) = (newest(&mut nor), nor.operations);
@@ -76,14 +76,17 @@ fn bytes_that_are_no_set_are_refused_and_nothing_is_written() {
     damaged[40] ^= 1;
     let mut archive = Archive::new(&mut nor, 0);
     for bytes in [&damaged[..], &[], &[0; 700]] {
-        let refused = block_on(archive.append(&uploaded(2), bytes, Some(0)));
+        let refused = block_on(archive.append(&uploaded(2), bytes, Some(0), &BOARD));
         let expected = CoefficientSet::decode(bytes).unwrap_err();
         assert_eq!(refused, Err(ArchiveError::Record(expected)));
     }
     assert!(matches!(
-        block_on(archive.append(&uploaded(2), &damaged, Some(0))),
+        block_on(archive.append(&uploaded(2), &damaged, Some(0), &BOARD)),
         Err(ArchiveError::Record(RecordError::Checksum { .. }))
     ));
+    let (entry, good) = (uploaded(2), encoded(&numbered(2)));
+    let foreign = block_on(archive.append(&entry, &good, Some(0), &[8; 12]));
+    assert_eq!(foreign, Err(ArchiveError::OtherBoard));
     assert_eq!((newest(&mut nor), nor.operations), (before, operations));
 }
 
@@ -100,6 +103,7 @@ fn a_set_that_does_not_read_back_is_refused_and_the_newest_stays() {
             &uploaded(stored + 1),
             &encoded(&numbered(stored + 1)),
             Some(0),
+            &BOARD,
         ));
         assert_eq!(refused, Err(ArchiveError::ReadBack), "after {stored}");
         let (_, newest) = newest(&mut nor).unwrap();

@@ -9,8 +9,8 @@ use host_tests::sets::numbered;
 
 use crate::appends::{PAGES, append, newest};
 
-/// Appends set `number` to `nor` with the power going as arranged; checks what is there afterwards, and that the next
-/// append works. Returns whether the power had gone.
+/// Appends set `number` to `nor` with the arranged power cut; checks the result, and that the next append works.
+/// Returns whether the power went.
 fn survive(nor: &mut Nor, number: u32, case: &str) -> bool {
     let old = newest_undisturbed(nor);
     let appended = append(nor, number);
@@ -32,7 +32,7 @@ fn survive(nor: &mut Nor, number: u32, case: &str) -> bool {
     cut
 }
 
-/// The newest set as a copy of the flash has it, so that looking repairs nothing.
+/// The newest set in a copy of the flash, so that reading repairs nothing.
 fn newest_undisturbed(nor: &Nor) -> Option<(Stored, CoefficientSet)> {
     let mut copy = nor.clone();
     copy.power_on();
@@ -102,7 +102,7 @@ fn a_cut_that_leaves_a_patchwork_leaves_the_old_or_the_new_set() {
     sweep_all(Torn::Patchwork);
 }
 
-/// Damage upon damage: every other append is cut somewhere, and so is what cleans up after it.
+/// Repeated damage: every other append is cut somewhere, and so is the repair after it.
 fn generations(mut nor: Nor) {
     let mut random = ChaCha8Rng::seed_from_u64(20_260_101);
     let mut cuts = 0;

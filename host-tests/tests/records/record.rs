@@ -18,7 +18,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Bytes with a checksum that fits.
+/// Adds a checksum that matches.
 fn sealed(body: &[u8]) -> Vec<u8> {
     [body, &crc32(body).to_le_bytes()].concat()
 }
@@ -148,7 +148,7 @@ fn every_flipped_bit_is_noticed() {
     }
 }
 
-/// The numbers of a triad, one after another, each as something to be spoilt.
+/// The numbers of a triad, one after another, each for a test to spoil.
 fn numbers(triad: &mut TriadCoefficients) -> impl Iterator<Item = &mut f32> {
     let uncertainties = triad
         .offset_uncertainty
@@ -218,7 +218,7 @@ fn a_temperature_that_is_none_is_refused() {
     }
 }
 
-/// A set that was changed is refused with this reason.
+/// Checks that a changed set is refused with this reason.
 fn assert_refused(change: impl FnOnce(&mut CoefficientSet), reason: BaseError) {
     let mut set = numbered(1);
     change(&mut set);

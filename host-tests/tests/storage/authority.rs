@@ -1,4 +1,4 @@
-//! Nobody without the key changes anything, and nothing that was said once serves again.
+//! Only the key holder changes anything, and a recorded exchange cannot be used again.
 
 use embassy_futures::block_on;
 use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, tag};
@@ -214,7 +214,7 @@ fn a_new_key_needs_the_old_one_and_replaces_it() {
     assert!(matches!(rolled_back, Ok(Response::Committed(_))));
 }
 
-/// As a power cut leaves it that comes before the old key is erased.
+/// The flash after a power cut before the old key is erased.
 #[test]
 fn of_two_keys_the_newer_counts() {
     let mut nor = Nor::new(2);

@@ -1,4 +1,4 @@
-//! What each change does while the power lasts, and what is refused.
+//! Every change while the power lasts, and the refusals.
 
 use std::cell::RefCell;
 
@@ -351,6 +351,7 @@ fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
         };
         block_on(log.append(&mut end, &entry)).unwrap();
     }
+    assert_eq!(end.last_counter(), 6_033);
     let operations = nor.operations;
     let mut key_holder = KeyHolder::start(&mut nor);
     for act in acts() {

@@ -15,7 +15,7 @@ pub use key_holder::{KEY, OTHER_KEY, upload_of};
 /// Pages of the bank that the storage owns.
 pub const PAGES: usize = 128;
 
-/// A storage that has started, and what it is asked about sets by their number.
+/// A started storage, for questions about sets by their number.
 pub struct KeyHolder<'f>(key_holder::KeyHolder<&'f mut Nor>);
 
 impl<'f> Deref for KeyHolder<'f> {

@@ -1,4 +1,4 @@
-//! The log by itself: its end is found again, it fills up and then says so, and spoilt places cost nothing.
+//! The log by itself: its end is found again, it refuses entries when it is full, and spoilt places cost no entry.
 
 use embassy_futures::block_on;
 use hexsense_core::records::log::{ENTRY, End, Log, LogError};
@@ -26,7 +26,7 @@ fn a_full_log_takes_no_entry_and_keeps_those_it_has() {
     assert!(all.iter().copied().eq((1..=taken).map(uploaded)));
 }
 
-/// However often in a row the power goes in an append, the next one that it lasts for works.
+/// After any number of power cuts in an append, the next complete append works.
 #[test]
 fn appends_that_are_cut_again_and_again_spoil_only_their_own_places() {
     for torn in [

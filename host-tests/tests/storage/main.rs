@@ -1,5 +1,5 @@
-//! The storage of the coefficients: only who has the key changes anything, every change is whole and in the log, and a
-//! loss of power at any operation leaves what was before or what was to be.
+//! The storage of the coefficients: only the key holder changes anything, every change is whole and in the log, and a
+//! loss of power at any operation leaves the state before or after the change.
 
 mod authority;
 mod changes;

@@ -1,5 +1,5 @@
-//! The power goes in every operation of every change: afterwards all is as before or as it was to be, and the log
-//! tells which.
+//! The power goes in every operation of every change: the state afterwards is that before or after the change, and the
+//! log tells which.
 
 use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::change::{Act, Key};
@@ -33,7 +33,7 @@ impl Step {
     }
 }
 
-/// What a host sees of a board: active set, entries in the log, and the key that it takes.
+/// The board from the host's side: active set, entries in the log, and its key.
 #[derive(Debug, PartialEq)]
 struct View {
     active: Option<CoefficientSet>,
@@ -41,7 +41,7 @@ struct View {
     key: Option<Key>,
 }
 
-/// Starts the board and looks, having checked that log and active set agree.
+/// Starts the board, checks that log and active set agree, and returns its state.
 fn look(nor: &mut Nor, case: &str) -> View {
     let mut key_holder = KeyHolder::start(nor);
     let (log, active) = (key_holder.log(), key_holder.active());
@@ -72,7 +72,7 @@ fn look(nor: &mut Nor, case: &str) -> View {
     }
 }
 
-/// Cuts the power in each operation of `step` in turn, in every way, on a board that has taken `before`.
+/// Cuts the power in each operation of `step` in turn, in every way, on a board after the changes `before`.
 fn sweep(before: &[Step], step: Step) {
     let mut nor = Nor::new(PAGES);
     let mut key_holder = KeyHolder::start(&mut nor);
@@ -111,7 +111,7 @@ fn sweep(before: &[Step], step: Step) {
             cut.operations, settled,
             "{case}: and has nothing left to do"
         );
-        // Life goes on.
+        // The board then takes further changes.
         let mut key_holder = KeyHolder::start(&mut cut);
         if found.key == Some(KEY) {
             key_holder
@@ -170,7 +170,7 @@ fn in_provisioning() {
     sweep(&sets(3), Step::Rekey);
 }
 
-/// Any changes one after another, each second one cut somewhere, and so is what cleans up after it.
+/// Any changes one after another; every second one is cut somewhere, and so is the repair after it.
 #[test]
 fn again_and_again_in_any_order() {
     let mut random = ChaCha8Rng::seed_from_u64(20_261_125);

@@ -1,4 +1,4 @@
-//! The largest messages fit their frames, and the stream's needs are not understated.
+//! The largest messages fit their frames, and the stated need of a stream is not too small.
 
 use hexsense::FACTS;
 use hexsense_core::channel::{INERTIAL, JACKS};
@@ -10,7 +10,7 @@ use hexsense_core::wire::{
     BoardPose, Kind, MAX_FRAME, MAX_PAYLOAD, PoseReport, StreamContent, pose,
 };
 
-/// The block that takes most bytes: no varint is short, and no zero saves COBS a byte.
+/// The block with the most bytes: no varint is short, and no zero saves COBS a byte.
 fn largest_block(content: StreamContent, scans: usize) -> usize {
     let header = Header {
         first_scan: u64::MAX,
@@ -30,7 +30,7 @@ fn largest_block(content: StreamContent, scans: usize) -> usize {
     telemetry::encode(&header, samples, 0xFFFF, &mut [0; MAX_FRAME]).unwrap()
 }
 
-/// The pose that takes most bytes.
+/// The pose with the most bytes.
 fn largest_pose() -> usize {
     let report = PoseReport {
         first_scan: u64::MAX,

@@ -1,4 +1,4 @@
-//! A damaged frame is noticed, and the frame after it is found.
+//! The receiver detects a damaged frame and finds the frame after it.
 
 use hexsense_core::wire::frame::{self, Closed, Deframer, FrameError};
 use hexsense_core::wire::{Frame, Kind, MAX_FRAME, Request, message};
@@ -16,7 +16,7 @@ fn encoded(request: &Request, sequence: u16) -> Vec<u8> {
 /// Kind, sequence number and payload of a frame.
 type Whole = (Kind, u16, Vec<u8>);
 
-/// Everything that a receiver gets out of a stream of bytes.
+/// All frames that a receiver finds in a stream of bytes.
 fn received<const N: usize>(stream: &[u8]) -> Vec<Result<Whole, Damage>> {
     let mut deframer = Deframer::<N>::default();
     let close = |byte: &u8| {

@@ -1,4 +1,4 @@
-//! The link: what one side says, the other side reads, or notices that it cannot.
+//! The link: each side reads the messages of the other, or detects that it cannot.
 
 mod capacity;
 mod frames;

@@ -1,4 +1,4 @@
-//! Whatever one side can say, the other side reads as it was said.
+//! Each side reads every message of the other unchanged.
 
 use hexsense_core::channel::{INERTIAL, JACKS, Scan};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
@@ -15,7 +15,7 @@ fn split(scans: &[Scan]) -> (Vec<[u16; INERTIAL]>, Vec<[u16; JACKS]>) {
     scans.iter().map(parts).unzip()
 }
 
-/// Sends the frame through a receiver and takes it apart.
+/// Sends the frame through a receiver and decodes it.
 fn receive<T>(sent: &[u8], read: impl Fn(Frame) -> Option<T>) -> Option<T> {
     let mut deframer = Deframer::<MAX_FRAME>::default();
     let (last, body) = sent.split_last()?;

@@ -81,11 +81,10 @@ impl<'a> Counts<'a> {
     pub fn new(run: &'a Run) -> Result<Self, AnalysisError> {
         let capture = &run.capture;
         if let Some(gap) = capture.gaps().first() {
-            let scan = capture.scans[gap.before] - gap.missing;
             return Err(AnalysisError::Gap {
                 run: run.name.clone(),
-                scan,
-                missing: gap.missing,
+                scan: gap.first_scan,
+                missing: gap.scans,
             });
         }
         let channels = capture.counts.iter().zip(&capture.supply);

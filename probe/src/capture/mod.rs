@@ -15,14 +15,15 @@
 //! Numbers are written with the digits that bring back the very same number, so equal input gives equal bytes.
 //!
 //! A capture that is under way, or that broke off, is the file `NAME.csv.part` of the same format. It becomes `NAME.csv`
-//! when it is complete and not before, so the name tells one from the other. Every block is handed to the system as it
-//! comes, and the system is made to put it on the disk twice a second: whatever happens to hexsense, and if the power
-//! goes, everything up to the last second is there. What can be torn then is the last row; [`Capture::salvage`] passes
-//! over it and says so.
+//! when it is complete, so the name shows whether it is complete. Every block is handed to the system as it comes, and the
+//! system writes it to the disk twice a second: when hexsense is killed or the power goes, everything up to the last second
+//! is there. Only the last row can be torn then; [`Capture::salvage`] passes over it and reports it.
 //!
+//! - `gap`: [`Gap`], scans that are missing.
 //! - `reader`: from the file to a [`Capture`].
 //! - `writer`: [`CaptureWriter`], from blocks to the file.
 
+mod gap;
 mod reader;
 mod writer;
 
@@ -31,6 +32,7 @@ use std::ops::Range;
 use hexsense_core::channel::{NAMES, Scan, Triad};
 use hexsense_core::sampling::Values;
 
+pub use gap::Gap;
 pub use reader::Torn;
 pub use writer::CaptureWriter;
 
@@ -49,30 +51,17 @@ pub struct Capture {
     pub values: Option<Vec<Values>>,
 }
 
-/// A stretch of scans that did not arrive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gap {
-    /// Index in the capture of the first scan after the gap.
-    pub before: usize,
-    /// Scans that are missing.
-    pub missing: u64,
-}
-
 impl Capture {
-    /// Stretches that did not arrive.
+    /// The scans that are missing between the first and the last.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
-        let steps = self.scans.windows(2).enumerate();
-        steps
-            .filter(|(_, pair)| pair[1] - pair[0] > 1)
-            .map(|(index, pair)| Gap {
-                before: index + 1,
-                missing: pair[1] - pair[0] - 1,
-            })
+        let pairs = self.scans.windows(2);
+        pairs
+            .filter_map(|pair| Gap::between(pair[0] + 1, pair[1]))
             .collect()
     }
 
-    /// Indices of `scans` scans from counter `first_scan` on; `None` when one of them is missing, or none is asked for.
+    /// Indices of `scans` scans from counter `first_scan` on; `None` when a scan is missing or `scans` is zero.
     #[must_use]
     pub fn window(&self, first_scan: u64, scans: usize) -> Option<Range<usize>> {
         let first = self.scans.binary_search(&first_scan).ok()?;
@@ -81,7 +70,7 @@ impl Capture {
     }
 }
 
-/// The first line of a capture file, without its end.
+/// The first line of a capture file, without the newline.
 fn header(values: bool) -> String {
     let mut header = format!("scan,{},supply,temperature_c", NAMES.join(","));
     if values {

@@ -9,7 +9,7 @@ use hexsense_core::channel::{CHANNELS, INERTIAL};
 use super::{Capture, header};
 use crate::files::{self, FileError};
 
-/// A last row of a broken-off capture that is not whole and was passed over.
+/// The last row of a capture that broke off, when it is not whole; the reader passes over it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Torn {
     /// Its line, from 1.
@@ -49,7 +49,7 @@ impl Capture {
         }
     }
 
-    /// Reads the file of a capture that broke off: every whole row, and what was passed over at its end.
+    /// Reads the file of a capture that broke off: every whole row, and the torn one that was passed over.
     ///
     /// # Errors
     /// [`FileError`]; a row that is wrong before the last one is damage, not the end of a recording.
@@ -57,7 +57,7 @@ impl Capture {
         Self::rows(&path.display().to_string(), &files::read(path)?)
     }
 
-    /// All rows that end, and the one that does not.
+    /// All whole rows, and the torn one.
     fn rows(file: &str, text: &str) -> Result<(Self, Option<Torn>), FileError> {
         let mut lines = text.split_inclusive('\n').zip(1..);
         let head = lines.next().map_or("", |(line, _)| line.trim_end());

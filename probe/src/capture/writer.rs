@@ -30,7 +30,7 @@ pub struct CaptureWriter {
 }
 
 impl CaptureWriter {
-    /// Starts the capture file `path`, with or without calibrated values; what an earlier one left as `.part` is gone.
+    /// Starts the capture file `path`, with or without calibrated values. It replaces the `.part` file of an earlier one.
     ///
     /// # Errors
     /// [`FileError::Write`] and [`FileError::BrokenOff`].
@@ -55,18 +55,12 @@ impl CaptureWriter {
         Ok(writer)
     }
 
-    /// Whether a block has what the file has columns for.
-    #[must_use]
-    pub fn takes(&self, block: &Block) -> bool {
-        block.counts.is_some() && (block.values.is_some() || !self.values)
-    }
-
-    /// Appends the scans of a block; one that [`CaptureWriter::takes`] denies adds nothing.
+    /// Appends the scans of a block; without counts, or without the values that the file has columns for, it has no rows.
     ///
     /// # Errors
     /// [`FileError::BrokenOff`].
     pub fn push(&mut self, block: &Block) -> Result<(), FileError> {
-        if !self.takes(block) {
+        if block.counts.is_none() || (self.values && block.values.is_none()) {
             return Ok(());
         }
         let common = format!(",{},{}", block.header.supply, block.header.temperature_c);
@@ -99,7 +93,7 @@ impl CaptureWriter {
     }
 
     fn broken_off(&mut self, reason: io::Error) -> FileError {
-        // Half a row is of no use; where it cannot be taken away, the reader passes over it.
+        // Half a row is of no use. Where it cannot be cut off, the reader passes over it.
         let _ = self.file.set_len(self.length);
         FileError::BrokenOff {
             file: files::part_of(&self.path).display().to_string(),
@@ -123,7 +117,7 @@ impl CaptureWriter {
 }
 
 impl Drop for CaptureWriter {
-    /// What broke off is put on the disk too; where that fails, an error is under way already.
+    /// A recording that broke off is put on the disk too. A failure here adds nothing to the error at hand.
     fn drop(&mut self) {
         let _ = self.file.sync_data();
     }
@@ -229,8 +223,8 @@ mod tests {
         assert_eq!(
             capture.gaps(),
             [Gap {
-                before: BLOCK,
-                missing: 16
+                first_scan: 176,
+                scans: 16
             }]
         );
         for (index, block) in blocks.iter().enumerate() {

@@ -12,10 +12,10 @@ use crate::key_file::{self, KeyFileError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 use hexsense_client::{Client, LinkError};
 
-/// Where the board is.
+/// The board's port.
 #[derive(Args)]
 pub struct Port {
-    /// Where the board is: a serial device (such as /dev/ttyACM0 or COM3), tcp:HOST:PORT, or lockstep:HOST:PORT for
+    /// The board's port: a serial device (such as /dev/ttyACM0 or COM3), tcp:HOST:PORT, or lockstep:HOST:PORT for
     /// a virtual board that runs only while hexsense waits for it
     #[arg(long, value_name = "PORT")]
     pub port: String,
@@ -58,7 +58,7 @@ pub struct Base {
     pub geometry: String,
 }
 
-/// How fast the board scans.
+/// The scan rate.
 #[derive(Args)]
 pub struct Scanning {
     /// Scans in a second: 1000, 2000 or 4000
@@ -69,7 +69,7 @@ pub struct Scanning {
 /// How long a board that went away is waited for.
 #[derive(Args)]
 pub struct Waiting {
-    /// How long a board that was unplugged or fell silent is waited for, s; 0 does not wait
+    /// How long to wait for a board that was unplugged or fell silent, s; 0 does not wait
     #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(..=86_400))]
     pub board_wait: u64,
 }
@@ -81,7 +81,7 @@ impl Waiting {
         Duration::from_secs(self.board_wait)
     }
 
-    /// The arguments that say it again; none for the default.
+    /// The argument as it is typed; empty for the default.
     #[must_use]
     pub fn again(&self) -> String {
         match self.board_wait {
@@ -91,17 +91,17 @@ impl Waiting {
     }
 }
 
-/// Who drives the base.
+/// The drive of the base.
 #[derive(Args)]
 pub struct Controller {
-    /// Control address of the twin, which then starts each run by itself; without it a person at the motion controller
-    /// is asked to
+    /// Control address of the twin, which then starts each run; without it hexsense asks a person at the motion controller
+    /// to do so
     #[arg(long, value_name = "HOST:PORT")]
     pub twin: Option<String>,
 }
 
 impl Controller {
-    /// Who drives the base, and hears the interrupt while a person is asked.
+    /// The drive of the base; a question to a person ends with the interrupt.
     ///
     /// # Errors
     /// [`MotionError::Unreachable`].
@@ -116,7 +116,7 @@ impl Controller {
         })
     }
 
-    /// The arguments that say it again.
+    /// The argument as it is typed.
     #[must_use]
     pub fn again(&self) -> String {
         let twin = self.twin.as_ref();
@@ -124,10 +124,10 @@ impl Controller {
     }
 }
 
-/// When the campaign is.
+/// The date of the campaign.
 #[derive(Args)]
 pub struct Date {
-    /// Date of the campaign: seconds since 1970-01-01 UTC, or such as 2026-01-31T12:00:00Z [default: now]
+    /// Date of the campaign: seconds since 1970-01-01 UTC, or a date like 2026-01-31T12:00:00Z [default: now]
     #[arg(long, value_name = "DATE", value_parser = seconds)]
     pub date: Option<u64>,
 }

@@ -1,6 +1,10 @@
-//! A recording that broke off: what happened, what is safe, what to do next.
+//! What is printed of a recording that broke off: what happened, what is safe, what to do next.
 
 use std::path::Path;
+
+use crate::campaign::Campaign;
+use crate::record::RecordError;
+use crate::record::sequence::SequenceError;
 
 /// A recording that broke off.
 #[derive(Debug, thiserror::Error)]
@@ -10,11 +14,38 @@ pub struct BrokenOff {
     pub what: String,
     /// What happened.
     #[source]
-    pub reason: anyhow::Error,
-    /// What is not lost.
+    pub reason: Box<RecordError>,
+    /// What is safe.
     pub safe: String,
     /// What to do.
     pub next: String,
+}
+
+/// The error of a sequence of runs as it is printed; `again` is the command that goes on.
+#[must_use]
+pub fn of_sequence(error: SequenceError, campaign: &Campaign, again: &str) -> anyhow::Error {
+    let (name, complete_to, reason) = match error {
+        SequenceError::BrokenOff {
+            run,
+            complete_to,
+            reason,
+        } => (run, complete_to, reason),
+        error => return error.into(),
+    };
+    let folder = campaign.folder.display();
+    let complete = match complete_to {
+        Some(last) => format!("{folder} is complete up to run {last}"),
+        None => format!("{folder} holds no complete run yet"),
+    };
+    let broken_off = BrokenOff {
+        what: format!("run {name}"),
+        reason,
+        safe: format!(
+            "nothing on the board has changed, it keeps sampling and its coefficients are still active; {complete}"
+        ),
+        next: format!("bring the base home, then go on with run {name} by\n         {again}"),
+    };
+    broken_off.into()
 }
 
 /// A path as it is typed into a shell.

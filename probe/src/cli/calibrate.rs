@@ -3,40 +3,41 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hexsense_core::records::{CoefficientSet, MotionBase};
+use hexsense_core::records::MotionBase;
 
 use super::arguments::{Controller, Date, Port, Waiting};
-use super::broken_off::typed;
-use super::runs::{self, Job};
-use super::{report, session};
-use crate::analysis;
+use super::broken_off::{of_sequence, typed};
+use super::progress::Progress;
+use super::{evaluation, report};
 use crate::analysis::belief::Belief;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
-use crate::geometry_file::GeometryFile;
+use crate::evaluation::Evaluation;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
-use crate::record::Settings;
+use crate::record::board::{board_record, ready};
+use crate::record::run::Settings;
+use crate::record::sequence::SequenceJob;
 
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack program that
-/// hexsense names into the motion controller and start it when told to; with --twin the runs start by themselves.
-/// Nothing on the board changes: `hexsense upload` does that.
+/// writes coefficients.toml, results.json and report.html into the campaign's folder. On a real base, load the jack
+/// program that hexsense names into the motion controller, and start it when hexsense says so; with --twin the runs start
+/// by themselves. Nothing on the board changes: `hexsense upload` does that.
 ///
 /// In sine runs the board sums up harmonics at the drive frequencies, in blocks of 1 to 32 scans. It would mistake a
 /// disturbance at m·RATE/BLOCK ± k·f for harmonic k of the drive f; hexsense takes the largest block that keeps every
 /// frequency in lines_hz of the sensor file (default: mains of 50 Hz), with its multiples up to the fifth, off these
-/// places. Name there what else is known to disturb: servos, structure, fans. What is not named is not avoided; the
-/// coefficients do not depend on it, as they come from the recorded scans.
+/// places. Name every other known disturbance there: servos, structure, fans. A disturbance that is not named is not
+/// avoided. The coefficients do not depend on it, because they come from the recorded scans.
 ///
-/// Once begun, a campaign is gone on with at its first run that is not complete: by the same command, or with --resume,
-/// which takes base, sensors, plan, rate and date from the folder. What is given again must be what the folder holds.
-/// Ctrl-C stops the run under way: the base is told to go home, the board goes on sampling, and the run is recorded again
-/// from its start by the command that hexsense then prints. A board that is unplugged is waited for; when the same board
-/// is back, the run is recorded again.
+/// A campaign that was begun goes on at its first run that is not complete: with the same command, or with --resume,
+/// which takes base, sensors, plan, rate and date from the folder. An argument that is given again must agree with the
+/// folder. Ctrl-C stops the run under way: the base is sent home, the board keeps sampling, and hexsense prints the command
+/// that records the run again from its start. hexsense waits for a board that is unplugged; when the same board is back,
+/// the run is recorded again.
 #[derive(Args)]
 pub struct Calibrate {
     #[command(flatten)]
@@ -87,31 +88,17 @@ impl Calibrate {
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
-        let (recorded, analysis) = session::analyse(&campaign)?;
-        let set = CoefficientSet {
-            board,
-            // A geometry file whose name is too long has been refused.
-            geometry: campaign
-                .geometry
-                .name
-                .as_str()
-                .try_into()
-                .unwrap_or_default(),
-            geometry_hash: geometry_hash(&campaign.geometry),
-            unix_s: begun
-                .date_unix_s
-                .unwrap_or_else(hexsense_client::change::unix_now),
-            temperature_c: mean_temperature_c(&recorded),
-            provenance: campaign.provenance(runs.iter().map(|run| run.name.as_str()))?,
-            triads: analysis.triads,
-            base,
-            jacks,
-        };
+        let evaluation = evaluation::of(&campaign)?;
+        let unix_s = begun
+            .date_unix_s
+            .unwrap_or_else(hexsense_client::change::unix_now);
+        let set = evaluation.coefficient_set(&campaign, board, unix_s, (base, jacks))?;
+        let Evaluation { runs, analysis, .. } = evaluation;
         print!("{}", table(&analysis.results));
         for warning in &analysis.results.warnings {
             eprintln!("warning: {warning}");
         }
-        report::write(&campaign, &set, &recorded, &analysis, None)?;
+        report::write(&campaign, &set, &runs, &analysis, None)?;
         campaign.note_results(&analysis.results)?;
         coefficient_file::save(&coefficients, &set)?;
         println!("written: {}", coefficients.display());
@@ -141,7 +128,7 @@ impl Calibrate {
         }
     }
 
-    /// Records what is not recorded yet; unique id of the board, and whether it has a key.
+    /// Records the runs that are not recorded yet; returns the unique id of the board, and whether it has a key.
     fn record(
         &self,
         campaign: &Campaign,
@@ -150,15 +137,15 @@ impl Calibrate {
     ) -> anyhow::Result<([u8; 12], bool)> {
         let interrupt = Interrupt::on_signals()?;
         let mut client = self.port.open()?;
-        let identity = session::ready(&mut client, begun.rate_hz)?;
-        let board = session::board_record(&client, &identity);
+        let identity = ready(&mut client, begun.rate_hz)?;
+        let board = board_record(&client, &identity);
         let has_key = client.status()?.provisioned;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.check_board(&board)?;
         campaign.write()?;
         campaign.note_board(&board)?;
         campaign.note_begun(begun)?;
-        let job = Job {
+        let job = SequenceJob {
             campaign,
             runs,
             settings: Settings {
@@ -168,30 +155,21 @@ impl Calibrate {
             board: identity.board,
             wait: self.waiting.time(),
             interrupt: &interrupt,
-            again: format!(
-                "hexsense calibrate --resume {} --port {}{}{}",
-                typed(&campaign.folder),
-                self.port.port,
-                self.controller.again(),
-                self.waiting.again(),
-            ),
         };
-        runs::record_all(client, motion.as_mut(), &job)?;
+        let again = format!(
+            "hexsense calibrate --resume {} --port {}{}{}",
+            typed(&campaign.folder),
+            self.port.port,
+            self.controller.again(),
+            self.waiting.again(),
+        );
+        let mut progress = Progress::default();
+        job.record(&mut client, motion.as_mut(), &mut |event| {
+            progress.show(event)
+        })
+        .map_err(|error| of_sequence(error, campaign, &again))?;
         Ok((identity.board, has_key))
     }
-}
-
-/// The part of the geometry file's SHA-256 that a set carries.
-fn geometry_hash(geometry: &GeometryFile) -> [u8; 8] {
-    let mut hash = [0; 8];
-    hash.copy_from_slice(&geometry.hash[..8]);
-    hash
-}
-
-fn mean_temperature_c(runs: &[analysis::Run]) -> f32 {
-    let degrees = runs.iter().flat_map(|run| &run.capture.temperature_c);
-    let count = degrees.clone().count().max(1);
-    (degrees.map(|degrees| f64::from(*degrees)).sum::<f64>() / count as f64) as f32
 }
 
 /// The nine channels as a table.

@@ -9,10 +9,10 @@ use super::arguments::{Key, Port};
 use super::history::table;
 use crate::files;
 
-/// Erase all coefficient sets that the board keeps. It measures on without coefficients; its key and its log stay.
+/// Erase all coefficient sets that the board keeps. It keeps measuring without coefficients; its key and its log stay.
 ///
-/// What would be erased is printed first, and `yes` must be typed; scripts say --yes. The erased sets cannot be brought
-/// back from the board, only uploaded again from their campaigns' folders. The board takes the reset only with its key.
+/// The sets are printed first, and then `yes` must be typed; scripts give --yes. The board cannot bring erased sets back;
+/// they can be uploaded again from the folders of their campaigns. The board takes the reset only with its key.
 #[derive(Args)]
 pub struct FactoryReset {
     #[command(flatten)]
@@ -28,7 +28,7 @@ impl FactoryReset {
     /// Runs the command.
     ///
     /// # Errors
-    /// An answer that is not yes, nobody to ask, a file that is no key, and what the link reports.
+    /// An answer that is not yes, no terminal to ask at, a file that holds no key, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
         let key = self.key.load()?;
         let mut client = self.port.open()?;
@@ -41,7 +41,7 @@ impl FactoryReset {
         if !self.yes {
             ensure!(
                 io::stdin().is_terminal(),
-                "nobody is at a terminal to say yes, and nothing was erased; add --yes to erase without asking"
+                "standard input is no terminal, so the question cannot be asked, and nothing was erased; add --yes to erase without asking"
             );
             confirm(io::stdin().lock(), io::stderr())?;
         }
@@ -68,7 +68,7 @@ fn sets(count: usize) -> String {
     }
 }
 
-/// Asks once; anything but yes is no.
+/// Asks once; every answer but yes is a no.
 fn confirm(mut from: impl BufRead, mut to: impl Write) -> anyhow::Result<()> {
     write!(to, "Erase them all? Type yes: ")?;
     to.flush()?;

@@ -23,12 +23,14 @@ const COORDINATES: [(&str, &str); 6] = [
 ];
 /// Units of the three kinds of sensors.
 const UNITS: [&str; 3] = ["m/s²", "rad/s²", "rad/s"];
-/// An axis that moves less than this part of the axis of its kind that moves most was not driven.
+/// An axis counts as driven when it moves at least this part of the largest movement of its kind.
 const DRIVEN: f32 = 0.1;
 
-/// Print what the board itself finds at the drive frequency of one analyser, for all fifteen channels: offset, drift,
-/// amplitude and phase with their standard uncertainties, distortion and residual, in counts; and, when the board has
-/// coefficients and so knows its base, how the base moved and the calibration factor of each driven sensor.
+/// Print what the board itself finds at the drive frequency of one analyser.
+///
+/// For all fifteen channels these are offset, drift, amplitude and phase with their standard uncertainties, distortion and
+/// residual, in counts. A board with coefficients knows its base; then the movement of the base and the calibration factor
+/// of each driven sensor are printed too.
 ///
 /// The analyser must be complete: `hexsense status` says so, and each sine run of `calibrate` or `verify` leaves it
 /// that way until the next begins.
@@ -60,7 +62,7 @@ impl Harmonics {
     }
 }
 
-/// What the board said.
+/// The board's answers.
 struct Found {
     rate_hz: u32,
     drive: Drive,

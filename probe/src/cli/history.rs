@@ -10,8 +10,9 @@ use crate::date::utc;
 
 /// Print the coefficient sets that the board keeps, newest first: the last eight that were uploaded.
 ///
-/// Each has the number of its upload in the board's log (see `hexsense log`), its identity, when its campaign ended, and
-/// when it was uploaded by the clock of the computer that did. `hexsense rollback ID` makes one of them active again.
+/// For each set these are the number of its upload in the board's log (see `hexsense log`), its identity, the date of its
+/// campaign, and the date of its upload by the clock of the computer that made it. `hexsense rollback ID` makes one of them
+/// active again.
 #[derive(Args)]
 pub struct History {
     #[command(flatten)]
@@ -48,7 +49,7 @@ impl History {
             (Some(active), Some(base)) => {
                 println!("active: set {}, made for base {base}", active.id);
             }
-            _ => println!("active: none of them; they were made for another board"),
+            _ => println!("active: no set of these; they were made for another board"),
         }
         Ok(())
     }

@@ -1,15 +1,14 @@
-//! `hexsense info`: who the board is.
+//! `hexsense info`: the identity of the board.
 
 use clap::Args;
 use hexsense_core::wire::VERSION;
 
 use super::arguments::Port;
-use super::losses;
 use super::status::key;
-use crate::files;
+use crate::{board_events, files};
 
-/// Print who the board is: its identity, its firmware, why it last started and whether it has a key; `hexsense status`
-/// prints how it is.
+/// Print the identity of the board, its firmware, why it last started and whether it has a key; `hexsense status` prints
+/// its state.
 #[derive(Args)]
 pub struct Info {
     #[command(flatten)]
@@ -34,7 +33,7 @@ impl Info {
             "firmware       {major}.{minor}.{patch}, wire version {}",
             VERSION
         );
-        println!("last start     {}", losses::cause(identity.reset));
+        println!("last start     {}", board_events::cause(identity.reset));
         println!("key            {}", key(client.status()?.provisioned));
         Ok(())
     }

@@ -10,12 +10,12 @@ use serde_json::{Value, json};
 use super::arguments::Port;
 use crate::date::utc;
 
-/// Print every change of the board's coefficients and key since it was made, oldest first.
+/// Print every change of the board's coefficients and key, oldest first.
 ///
-/// Each entry has its number, the time by the clock of the computer that made the change, what was done, the set that was
-/// active then and the one that was active before. In a fallback, which the board does by itself at a start, the active set
-/// could not be read any more and the newest that could took its place. The board appends an entry with every change and never erases
-/// one; numbers without a gap say that none is missing.
+/// Each entry has its number, the time by the clock of the computer that made the change, the kind of change, the set that
+/// was active after it and the set that was active before. A fallback is a change that the board makes by itself at a
+/// start: it could not read the active set any more, and the newest set that it could read took its place. The board
+/// appends an entry with every change and never erases an entry; when the numbers have no gap, no entry is missing.
 #[derive(Args)]
 pub struct Log {
     #[command(flatten)]
@@ -70,7 +70,7 @@ fn table(log: &[Entry]) -> String {
     text
 }
 
-/// When it was; what the board did by itself has no time.
+/// The time of a change; a change that the board made by itself has no time.
 fn time(entry: &Entry) -> Option<String> {
     (entry.reason != Reason::Fallback).then(|| utc(entry.unix_s))
 }
@@ -79,7 +79,7 @@ fn id(set: Option<SetId>) -> String {
     set.map_or_else(|| "none".to_owned(), |id| id.to_string())
 }
 
-/// Numbers below the last that no entry has.
+/// The numbers below the last one that are missing.
 fn missing(log: &[Entry]) -> Vec<Range<u32>> {
     let before = log.iter().map(|entry| entry.counter);
     let before = std::iter::once(0).chain(before);

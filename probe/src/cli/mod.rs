@@ -1,25 +1,25 @@
 //! The commands of `hexsense`, one file each.
 //!
-//! What a command finds goes to standard output, what it is doing to standard error. A command that fails prints one
-//! message, which says what to do, and ends with a status that is not zero: 130 when it was asked to stop.
+//! Each file holds arguments, calls into the library, and what is printed; the work is done in the library's rooms. Results
+//! go to standard output, progress to standard error. A command that fails prints one message, which says what to do, and
+//! ends with a status that is not zero: 130 after a request to stop.
 
 mod arguments;
 mod broken_off;
 mod calibrate;
 mod capture;
+mod evaluation;
 mod factory_reset;
 mod harmonics;
 mod history;
 mod info;
 mod kinematics;
 mod log;
-mod losses;
 mod plan;
+mod progress;
 mod provision;
 mod report;
 mod rollback;
-mod runs;
-mod session;
 mod show;
 mod status;
 mod upload;
@@ -36,8 +36,8 @@ use crate::interrupt;
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
 ///
 /// The usual order: `info` to see that the board answers, `plan` to see the movements before anything moves,
-/// `calibrate` to record them and compute the coefficients, `provision` to give the board a key once, `upload` to store these on the board, and `verify` to prove
-/// them on a movement that they were not fitted to.
+/// `calibrate` to record them and compute the coefficients, `provision` to give the board a key once, `upload` to store the
+/// coefficients on the board, and `verify` to prove them on a movement that they were not fitted to.
 #[derive(Parser)]
 #[command(name = "hexsense", version)]
 struct Cli {

@@ -1,4 +1,4 @@
-//! `hexsense provision`: a key for the board, without which it changes nothing any more.
+//! `hexsense provision`: a key for the board, which then takes changes only with this key.
 
 use std::path::PathBuf;
 
@@ -10,16 +10,16 @@ use crate::{files, key_file};
 
 /// Give the board a key; from then on it takes changes (upload, rollback, factory-reset, another key) only with it.
 ///
-/// A board is provisioned once, before its first upload, in a place where nobody listens to the line: the key crosses
-/// it as it is. A key file that is not there yet is made, with a random key; one that is there is used as it is. Keep
-/// it safe, and keep a copy: the board never gives the key back, and without it nothing on the board can be changed.
+/// Provision a board once, before its first upload, and at a place where the line is safe: the key crosses it unencrypted.
+/// When the key file does not exist, hexsense makes it, with a random key; otherwise it uses the key in it. Keep the file
+/// safe, and keep a copy: the board never gives the key back, and without the key nothing on the board can be changed.
 #[derive(Args)]
 pub struct Provision {
     #[command(flatten)]
     port: Port,
     #[command(flatten)]
     key: Key,
-    /// File with the key that the board has, to replace it by that of --key
+    /// File with the key that the board has now; the key of --key replaces it
     #[arg(long, value_name = "FILE")]
     old_key: Option<PathBuf>,
 }
@@ -28,7 +28,7 @@ impl Provision {
     /// Runs the command.
     ///
     /// # Errors
-    /// A board that has a key when no old one is named, files that are no keys, and what the link reports.
+    /// A board that has a key when no old key is named, files that hold no key, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
         let old = self.old_key.as_deref().map(key_file::load).transpose()?;
         let mut client = self.port.open()?;

@@ -18,7 +18,7 @@ pub struct Rollback {
     port: Port,
     #[command(flatten)]
     key: Key,
-    /// Identity of the set as `hexsense history` prints it, or as many of its first digits as no other has
+    /// Identity of the set as `hexsense history` prints it, or its first digits, as many as make it unique
     #[arg(value_name = "ID")]
     id: String,
 }
@@ -27,7 +27,7 @@ impl Rollback {
     /// Runs the command.
     ///
     /// # Errors
-    /// An identity that no kept set has or that several have, a file that is no key, and what the link reports.
+    /// An identity that no kept set or several kept sets have, a file that holds no key, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
         let key = self.key.load()?;
         let mut client = self.port.open()?;

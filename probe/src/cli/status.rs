@@ -1,4 +1,4 @@
-//! `hexsense status`: how the board is.
+//! `hexsense status`: the state of the board.
 
 use clap::Args;
 use hexsense_core::facts::BoardFacts;
@@ -8,23 +8,23 @@ use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent};
 use serde_json::{Value, json};
 
 use super::arguments::Port;
-use super::losses;
-use super::session::link_load;
+use crate::board_events;
+use crate::record::board::Streaming;
 use hexsense_client::client::SumsReport;
 use hexsense_client::{Client, LinkError};
 
-/// Clock of the board's core, Hz: what the cycles of the sample path are counted at.
+/// Clock of the board's core, Hz, which counts the cycles of the sample path.
 const CORE_HZ: f64 = 150e6;
 
-/// Print how the board is: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
+/// Print the state of the board: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
 /// temperature, key, active set, why it started, stack, last panic.
 ///
-/// Everything that went wrong since the start is printed as an `event` with its count and the time of the last; starts and
-/// their causes are counted since the power came on.
+/// Each kind of event that went wrong since the start is printed as an `event`, with its count and the time of the last
+/// one. Starts and their causes are counted since the power came on.
 ///
-/// The board counts the core cycles that the sample path takes for each block, from the first half-filled ring to sums
-/// and values; least, most and latest since the converters were last started are printed, with the time at 150 MHz and
-/// the share of a block's duration. Asking stops a stream that is under way, and nothing else.
+/// The board counts the core cycles that the sample path takes for each block, from the samples in memory to sums and
+/// values. The least, the most and the latest count since the converters were last started are printed, with the time at
+/// 150 MHz and the share of a block's duration. Asking changes nothing: a stream that is on goes on.
 #[derive(Args)]
 pub struct Status {
     #[command(flatten)]
@@ -50,7 +50,7 @@ impl Status {
     }
 }
 
-/// What was asked of the board.
+/// The board's answers.
 struct Reading {
     status: BoardStatus,
     last_start: ResetCause,
@@ -105,7 +105,7 @@ impl Reading {
             ("lost", self.lost()),
         ];
         lines.extend(
-            losses::texts(&status.events)
+            board_events::texts(&status.events)
                 .into_iter()
                 .map(|text| ("event", text)),
         );
@@ -131,9 +131,9 @@ impl Reading {
         lines.push(("coefficients", set));
         lines.push((
             "last start",
-            losses::last_start(self.last_start, &status.resets),
+            board_events::last_start(self.last_start, &status.resets),
         ));
-        lines.push(("starts", losses::starts(&status.resets)));
+        lines.push(("starts", board_events::starts(&status.resets)));
         lines.push(("stack", stack(status.stack)));
         let panic = status.panic.as_deref().unwrap_or("none");
         lines.push(("last panic", panic.to_owned()));
@@ -147,7 +147,7 @@ impl Reading {
             .first_lost_scan
             .map_or(String::new(), |scan| format!(", the first was scan {scan}"));
         format!(
-            "{} scans{first}; converters started anew {} times after a fault",
+            "{} scans{first}; converters restarted {} times after a fault",
             status.scans_lost,
             status.events.converter_faults()
         )
@@ -240,7 +240,13 @@ impl Reading {
 
     /// Share of the link's capacity that a stream takes at the board's rate and block.
     fn load(&self, content: StreamContent) -> f64 {
-        link_load(&self.facts, content, self.status.rate_hz, self.status.block)
+        let BoardStatus { rate_hz, block, .. } = self.status;
+        Streaming {
+            rate_hz,
+            block,
+            content,
+        }
+        .link_load(&self.facts)
     }
 
     fn temperature(&self) -> String {
@@ -281,7 +287,7 @@ impl Reading {
             "scans_lost": status.scans_lost,
             "first_lost_scan": status.first_lost_scan,
             "faults": status.events.converter_faults(),
-            "events": losses::to_json(&status.events),
+            "events": board_events::to_json(&status.events),
             "first_with_set_ms": status.first_with_set_ms,
             "sample_path": {"min": cycles(min), "max": cycles(max), "last": cycles(last)},
             "analysers": analysers.collect::<Vec<_>>(),
@@ -299,7 +305,7 @@ impl Reading {
             "tilt_approximate_rad": status.tilt_approximate_rad,
             "provisioned": status.provisioned,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
-            "start": losses::starts_to_json(self.last_start, &status.resets),
+            "start": board_events::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
             "panic": status.panic.as_deref(),
         })

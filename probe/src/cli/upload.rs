@@ -10,8 +10,8 @@ use crate::{coefficient_file, files};
 
 /// Store a coefficient set on the board, and prove it by reading it back.
 ///
-/// Broken off anywhere, the old set is still active. The board keeps the set through power cuts. It takes it only with
-/// its key (see `hexsense provision`), and notes the change in its log (see `hexsense log`).
+/// When the upload breaks off, the old set is still active. The board keeps the set through power cuts. It takes the set
+/// only with its key (see `hexsense provision`), and notes the change in its log (see `hexsense log`).
 #[derive(Args)]
 pub struct Upload {
     #[command(flatten)]
@@ -27,7 +27,7 @@ impl Upload {
     /// Runs the command.
     ///
     /// # Errors
-    /// A file that is no set, no key, a set for another board, and what the link reports.
+    /// A file that holds no set or no key, a set for another board, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
         let path = if self.from.is_dir() {
             self.from.join("coefficients.toml")

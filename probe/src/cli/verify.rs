@@ -7,18 +7,21 @@ use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
-use super::broken_off::same_again;
-use super::runs::{self, Job};
-use super::{report, session};
+use super::broken_off::{of_sequence, same_again};
+use super::progress::Progress;
+use super::{evaluation, report};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::Campaign;
 use crate::capture::Capture;
 use crate::coefficient_file;
+use crate::evaluation::{Evaluation, check_sums};
 use crate::geometry_file::GeometryFile;
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
-use crate::record::Settings;
+use crate::record::board::{board_record, ready};
+use crate::record::run::Settings;
+use crate::record::sequence::SequenceJob;
 use crate::replay::{WrongValues, first_wrong_values};
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
@@ -28,9 +31,10 @@ use hexsense_client::Client;
 ///
 /// Drives the first run of the plan whose purpose is to verify (by default all six degrees of freedom at once), lets
 /// the board calibrate while it samples, and compares with what the jacks say. Writes verification.json and completes
-/// report.html. Each time the movement is recorded anew. --out is the folder of the campaign that the coefficients
-/// came from. Fails when a channel's error is over 3 % of its signal, or its mean error outside its uncertainty, and when a
-/// pose that the board found is more than 5e-7 m or rad off the one that double precision finds from the same counts.
+/// report.html. The movement is recorded again each time. --out is the folder of the campaign that the coefficients came
+/// from. The command fails when the error of a channel is over 3 % of its signal, when a mean error is outside its
+/// uncertainty, and when a pose of the board differs by more than 5e-7 m or rad from the pose that double precision finds
+/// from the same counts.
 #[derive(Args)]
 pub struct Verify {
     #[command(flatten)]
@@ -92,7 +96,7 @@ impl Verify {
         judge(&campaign, run, &ours, poses, elapsed_s)
     }
 
-    /// Records the movement; the board, and the identity of its set.
+    /// Records the movement; returns the client of the board, and the identity of its set.
     fn record(
         &self,
         campaign: &Campaign,
@@ -101,13 +105,13 @@ impl Verify {
     ) -> anyhow::Result<(Client, SetId)> {
         let interrupt = Interrupt::on_signals()?;
         let mut client = self.port.open()?;
-        let identity = session::ready(&mut client, self.scanning.rate)?;
-        campaign.check_board(&session::board_record(&client, &identity))?;
+        let identity = ready(&mut client, self.scanning.rate)?;
+        campaign.check_board(&board_record(&client, &identity))?;
         let id = check_active(&mut client, ours, campaign)?;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.write()?;
         campaign.forget(&run.name)?;
-        let job = Job {
+        let job = SequenceJob {
             campaign,
             runs: &[run],
             settings: Settings {
@@ -117,13 +121,17 @@ impl Verify {
             board: identity.board,
             wait: self.waiting.time(),
             interrupt: &interrupt,
-            again: same_again(),
         };
-        Ok((runs::record_all(client, motion.as_mut(), &job)?, id))
+        let mut progress = Progress::default();
+        job.record(&mut client, motion.as_mut(), &mut |event| {
+            progress.show(event)
+        })
+        .map_err(|error| of_sequence(error, campaign, &same_again()))?;
+        Ok((client, id))
     }
 }
 
-/// Whether the set on the board is the one that this campaign ended with; its identity.
+/// Makes sure that the set on the board is the one that this campaign ended with, and returns its identity.
 fn check_active(
     client: &mut Client,
     ours: &CoefficientSet,
@@ -171,12 +179,12 @@ fn judge(
 ) -> anyhow::Result<()> {
     let recorded = campaign.recorded(run)?;
     check_values(&recorded.capture, set, &run.name)?;
-    let sums = session::check_sums(campaign, &recorded)?;
+    let sums = check_sums(campaign, &recorded)?;
     eprintln!(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
-    let (runs, analysis) = session::analyse(campaign)?;
+    let Evaluation { runs, analysis, .. } = evaluation::of(campaign)?;
     let results = &analysis.results;
     let curves = held_out::held_out(&campaign.geometry, &campaign.sensors, &recorded, results)?;
     let (reference, after, before) = (&curves.reference, &curves.after, &curves.before);

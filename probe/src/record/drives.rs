@@ -1,9 +1,9 @@
 //! What the board is asked to estimate in a run: up to three drive frequencies, and one block for all of them.
 //!
-//! The board adds scans up in blocks before they meet sine and cosine; a large block costs it less work. It is limited as
-//! told in [`hexsense_core::harmonics::choice`]: the fifth harmonic may turn by a tenth of a turn in a block, and no known
-//! disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. The link carries a stream in
-//! every block or in none. All of this is known before anything moves.
+//! The board adds the scans of a block up before it multiplies by sine and cosine; a large block costs it less work. Two
+//! things limit the block (see [`hexsense_core::harmonics::choice`]): the fifth harmonic may turn by a tenth of a turn in it,
+//! and no known disturbance may lie where block sums would mistake it for a harmonic, at m·rate/B ± k·f. Whether the link
+//! carries the stream does not depend on the block. All of this is known before anything moves.
 //!
 //! Known disturbances are those of the sensor file ([`SensorFile::disturbances_hz`]) and the run's own frequencies.
 
@@ -19,22 +19,22 @@ use crate::sensor_file::SensorFile;
 
 /// A frequency that a run drives, and when it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct DriveLine {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Start of the time that is estimated over, s from the start of the program.
+    /// Start of the estimate, s from the start of the program.
     pub start_s: f64,
-    /// Length of that time, s.
+    /// Length of the estimate, s.
     pub length_s: f64,
 }
 
 /// What the board is asked for in one run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
+pub struct DriveChoice {
     /// Scans that the board takes at a time.
     pub block: BlockSize,
     /// One for each analyser, at most [`ANALYSERS`].
-    pub lines: Vec<Line>,
+    pub lines: Vec<DriveLine>,
 }
 
 /// Why the board cannot estimate what a run drives. Nothing has moved.
@@ -64,7 +64,7 @@ pub enum NoChoice {
     },
 }
 
-impl Choice {
+impl DriveChoice {
     /// Chooses for `run`, scanned at `rate_hz` and streamed with `content`.
     ///
     /// # Errors
@@ -103,8 +103,8 @@ impl Choice {
     }
 }
 
-impl Line {
-    /// The drive for this line, after so many blocks; `None` when the frequency is none at this rate.
+impl DriveLine {
+    /// The drive for this line, after so many blocks; `None` when the board cannot make this frequency at this rate.
     #[must_use]
     pub fn drive(&self, rate_hz: u32, block: BlockSize, settle_blocks: u32) -> Option<Drive> {
         let scans = self.length_s * f64::from(rate_hz);
@@ -130,8 +130,8 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The largest block that every line allows; single scans where none is free of disturbances.
-    fn block(&self, lines: &[Line]) -> Result<BlockSize, NoChoice> {
+    /// The largest block that every line allows; single scans when disturbances forbid every block.
+    fn block(&self, lines: &[DriveLine]) -> Result<BlockSize, NoChoice> {
         let mut largest = BlockSize::ThirtyTwo;
         for line in lines {
             let allowed = largest_block(
@@ -152,13 +152,13 @@ impl Asked<'_> {
         Ok(sizes.into_iter().find(clean).unwrap_or(BlockSize::One))
     }
 
-    fn is_disturbed(&self, line: &Line, block: BlockSize) -> bool {
+    fn is_disturbed(&self, line: &DriveLine, block: BlockSize) -> bool {
         let lines_hz = &self.disturbances_hz;
         let rate = f64::from(self.rate_hz);
         mistaken(line.frequency_hz, rate, block, lines_hz, line.distance_hz()).is_some()
     }
 
-    fn drive_error(&self, line: &Line, reason: DriveError) -> NoChoice {
+    fn drive_error(&self, line: &DriveLine, reason: DriveError) -> NoChoice {
         NoChoice::Drive {
             run: self.run.name.clone(),
             frequency_hz: line.frequency_hz,
@@ -184,15 +184,15 @@ fn carried(
 }
 
 /// The frequencies of a run: the largest of each degree of freedom first, then the next of each, and so on.
-fn lines(run: &Run) -> Vec<Line> {
+fn lines(run: &Run) -> Vec<DriveLine> {
     let program = run.program();
-    let by_freedom: Vec<Vec<Line>> = program
+    let by_freedom: Vec<Vec<DriveLine>> = program
         .signals
         .iter()
         .map(|(_, signal)| lines_of(signal))
         .collect();
     let most = by_freedom.iter().map(Vec::len).max().unwrap_or(0);
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<DriveLine> = Vec::new();
     for place in 0..most {
         let next = by_freedom.iter().filter_map(|lines| lines.get(place));
         for line in next {
@@ -205,10 +205,10 @@ fn lines(run: &Run) -> Vec<Line> {
 }
 
 /// The frequencies of one degree of freedom, largest amplitude first.
-fn lines_of(signal: &Signal) -> Vec<Line> {
+fn lines_of(signal: &Signal) -> Vec<DriveLine> {
     match signal {
         Signal::Ramps(_) => Vec::new(),
-        Signal::Sine(sine) => vec![Line {
+        Signal::Sine(sine) => vec![DriveLine {
             frequency_hz: sine.frequency_hz,
             start_s: sine.estimate_start_s(),
             length_s: sine.estimate_s,
@@ -217,11 +217,11 @@ fn lines_of(signal: &Signal) -> Vec<Line> {
     }
 }
 
-fn lines_of_multisine(multisine: &Multisine) -> Vec<Line> {
+fn lines_of_multisine(multisine: &Multisine) -> Vec<DriveLine> {
     let timing = multisine.timing();
     let mut tones: Vec<_> = multisine.lines().to_vec();
     tones.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    let tones = tones.into_iter().map(|tone| Line {
+    let tones = tones.into_iter().map(|tone| DriveLine {
         frequency_hz: f64::from(tone.harmonic) * timing.fundamental_hz,
         start_s: timing.estimate_start_s(),
         length_s: timing.estimate_s(),
@@ -275,7 +275,8 @@ mod tests {
     }
 
     fn chosen(frequency_hz: f64, rate_hz: u32, lines: &str) -> Result<BlockSize, NoChoice> {
-        Choice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS).map(|choice| choice.block)
+        DriveChoice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS)
+            .map(|choice| choice.block)
     }
 
     #[test]
@@ -286,7 +287,7 @@ mod tests {
         ] {
             for rate_hz in known_board::FACTS.rates_hz {
                 let block =
-                    |lines| Choice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS);
+                    |lines| DriveChoice::new(&run(frequency_hz), &sensors(lines), rate_hz, COUNTS);
                 let choice = block("lines_hz = []").unwrap();
                 let turn = |scans| 5.0 * frequency_hz * scans as f64 / f64::from(rate_hz);
                 let scans = choice.block.scans();
@@ -339,7 +340,7 @@ mod tests {
             chosen(1.0, 4_000, "lines_hz = [124.0]").unwrap(),
             BlockSize::Four
         );
-        let error = Choice::new(&run(1.0), &sensors(""), 4_000, ALL).unwrap_err();
+        let error = DriveChoice::new(&run(1.0), &sensors(""), 4_000, ALL).unwrap_err();
         assert!(
             matches!(
                 error,
@@ -360,7 +361,7 @@ mod tests {
         .unwrap();
         let head = "geometry = \"\"\ngeometry_sha256 = \"\"\nperiod_s = 0.002\n";
         let plan = crate::plan::Plan::parse("plan.toml", &(head.to_owned() + &text)).unwrap();
-        let choice = Choice::new(&plan.runs[0], &sensors(""), 1_000, ALL).unwrap();
+        let choice = DriveChoice::new(&plan.runs[0], &sensors(""), 1_000, ALL).unwrap();
         let hertz: Vec<f64> = choice.lines.iter().map(|line| line.frequency_hz).collect();
         for (found, expected) in hertz.iter().zip([0.3, 0.4, 0.5]) {
             assert!((found - expected).abs() < 1e-12, "{hertz:?}");
@@ -381,7 +382,7 @@ mod tests {
             sine: Vec::new(),
             ..run(1.0)
         };
-        let choice = Choice::new(&rest, &sensors(""), 4_000, COUNTS).unwrap();
+        let choice = DriveChoice::new(&rest, &sensors(""), 4_000, COUNTS).unwrap();
         assert_eq!((choice.block, choice.lines.len()), (BlockSize::Sixteen, 0));
     }
 }

@@ -1,14 +1,15 @@
-//! Why a run could not be recorded.
+//! Why a recording broke off.
 
 use hexsense_core::wire::AnalyserState;
+use hexsense_core::wire::status::ResetCause;
 
-use super::{MAX_ONSET_WAIT_S, MAX_REST_WAIT_S};
+use super::reconnect::NotBack;
 use crate::files::FileError;
 use crate::interrupt::Interrupted;
 use crate::motion::MotionError;
 use hexsense_client::LinkError;
 
-/// Why a run could not be recorded.
+/// Why a recording broke off.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The board or the way to it.
@@ -22,7 +23,7 @@ pub enum RecordError {
     File(#[from] FileError),
     /// The base does not come to rest.
     #[error(
-        "jack {jack} still moves ({moved_mm:.1} mm in a second) {MAX_REST_WAIT_S} s before run {run} could start; bring \
+        "jack {jack} still moves ({moved_mm:.1} mm in a second) after {waited_s} s, so run {run} cannot start; bring \
          the base home, let it come to rest, and check that this transducer is connected"
     )]
     NotAtRest {
@@ -32,6 +33,8 @@ pub enum RecordError {
         jack: usize,
         /// How far it moved within a second, mm.
         moved_mm: f64,
+        /// How long rest was waited for, s.
+        waited_s: f64,
     },
     /// The base rests somewhere else.
     #[error(
@@ -48,14 +51,16 @@ pub enum RecordError {
     },
     /// The base did not move.
     #[error(
-        "no jack has moved within {MAX_ONSET_WAIT_S} s of the start of run {run}; check that the motion controller is \
+        "no jack has moved within {waited_s} s of the start of run {run}; check that the motion controller is \
          enabled and has the right program, and that the jack transducers are wired to the board"
     )]
     NoOnset {
         /// The run.
         run: String,
+        /// How long movement was waited for, s.
+        waited_s: f64,
     },
-    /// The scans began anew.
+    /// The scan counter went back.
     #[error(
         "the board counts scan {scan} after scan {expected}: it has restarted during the run; look at its power, and \
          at `hexsense status` for what it reports"
@@ -66,13 +71,24 @@ pub enum RecordError {
         /// Counter that was due.
         expected: u64,
     },
+    /// The board went away and restarted, and this recording cannot go on across a restart.
+    #[error(
+        "the board has restarted ({cause:?}) and counts its scans from zero, so this recording cannot go on"
+    )]
+    RestartedAway {
+        /// Why it started.
+        cause: ResetCause,
+    },
+    /// The board went away and is not back.
+    #[error(transparent)]
+    NotBack(#[from] NotBack),
     /// The board uses other coefficients than at the start.
     #[error("the board's active set changed at scan {scan}; record again")]
     OtherSet {
         /// Counter of the first scan with the other set.
         scan: u64,
     },
-    /// The board's sums are not there.
+    /// The board's sums are not complete.
     #[error(
         "the board's harmonic sums of run {run} at {frequency_hz} Hz are {state:?} at its end, not complete; repeat \
          the run"
@@ -82,16 +98,16 @@ pub enum RecordError {
         run: String,
         /// Drive frequency, Hz.
         frequency_hz: f64,
-        /// How far they are.
+        /// State of the analyser.
         state: AnalyserState,
     },
-    /// Somebody asked to stop.
+    /// A request to stop.
     #[error("{0}")]
     Interrupted(#[from] Interrupted),
 }
 
 impl RecordError {
-    /// Whether the board went away, fell silent or started anew: with the same board the run can be recorded again.
+    /// Whether the board went away, fell silent or restarted: it can be waited for.
     #[must_use]
     pub fn is_loss(&self) -> bool {
         match self {

@@ -43,7 +43,7 @@ impl JackMeans {
         }
     }
 
-    /// Takes a block; the mean over the window, once it is full, whenever a step of it is complete. A block without
+    /// Takes a block. Returns the mean over the window whenever a step is complete and the window is full. A block without
     /// counts adds nothing.
     pub fn push(&mut self, block: &Block) -> Option<Displacements> {
         let counts = block.counts.as_ref()?;

@@ -1,6 +1,6 @@
-//! When a run starts, seen in the jacks while it is recorded.
+//! The onset of a run: when the base begins to move, seen in the jacks while the run is recorded.
 //!
-//! The motion controller starts some seconds after it was told to. With [windows](super::jacks) of the jacks,
+//! The motion controller starts some seconds after the start command. With [windows](super::jacks) of the jacks,
 //!
 //! ```text
 //! detected:  |Δ_k − rest_k| > max(2 mm, 8σ of a window at rest)     k: the jack that moved most
@@ -15,7 +15,7 @@ use hexsense_core::kinematics::displacements;
 use hexsense_core::wire::telemetry::Block;
 
 use super::jacks::{Displacements, JackMeans, STEP_MS, WINDOW};
-use super::rest::Rest;
+use super::rest::AtRest;
 use crate::geometry_file::GeometryFile;
 use crate::plan::Run;
 
@@ -30,13 +30,13 @@ const STEP_S: f64 = 0.01;
 pub struct OnsetWatch {
     /// Displacements of the program from home, every [`STEP_S`].
     program: Vec<Displacements>,
-    rest: Rest,
+    rest: AtRest,
 }
 
 impl OnsetWatch {
     /// A watch for `run` on a base whose rest is known.
     #[must_use]
-    pub fn new(run: &Run, geometry: &GeometryFile, rest: Rest) -> Self {
+    pub fn new(run: &Run, geometry: &GeometryFile, rest: AtRest) -> Self {
         let (program, base) = (run.program(), &geometry.geometry);
         let home = displacements(base, &base.home());
         let steps = (program.duration_s() / STEP_S) as usize;
@@ -50,7 +50,7 @@ impl OnsetWatch {
         }
     }
 
-    /// Takes a block; the scan of the onset as soon as the base is seen to move.
+    /// Takes a block; returns the scan of the onset as soon as the base moves.
     pub fn watch(&mut self, block: &Block, jacks: &mut JackMeans) -> Option<u64> {
         let mean = jacks.push(block)?;
         let moved = |jack: usize| (mean[jack] - self.rest.mean_m[jack]).abs();

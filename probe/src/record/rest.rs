@@ -33,16 +33,16 @@ pub enum Unrest {
     },
 }
 
-/// What rest looks like.
+/// The jacks of a base at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rest {
+pub struct AtRest {
     /// Mean displacement from mid-stroke, m.
     pub mean_m: Displacements,
     /// Standard deviation of a window, m.
     pub deviation_m: Displacements,
 }
 
-/// Learns what rest looks like.
+/// Watches the jacks until the base is at rest at home.
 #[derive(Debug)]
 pub struct RestWatch {
     home_m: Displacements,
@@ -60,11 +60,15 @@ impl RestWatch {
         }
     }
 
-    /// Takes a block; what rest looks like when a second of it has been seen.
+    /// Takes a block; returns the rest when it has lasted for a second.
     ///
     /// # Errors
-    /// [`Unrest`] when that second was not one at rest at home; learning has then begun anew.
-    pub fn learn(&mut self, block: &Block, jacks: &mut JackMeans) -> Result<Option<Rest>, Unrest> {
+    /// [`Unrest`] when the base was not at rest at home in that second; the watch then starts from the next block.
+    pub fn learn(
+        &mut self,
+        block: &Block,
+        jacks: &mut JackMeans,
+    ) -> Result<Option<AtRest>, Unrest> {
         self.windows.extend(jacks.push(block));
         if self.windows.len() < WINDOWS {
             return Ok(None);
@@ -74,9 +78,9 @@ impl RestWatch {
         rest.map(Some)
     }
 
-    fn judge(&self) -> Result<Rest, Unrest> {
+    fn judge(&self) -> Result<AtRest, Unrest> {
         let count = self.windows.len() as f64;
-        let mut rest = Rest {
+        let mut rest = AtRest {
             mean_m: [0.0; JACKS],
             deviation_m: [0.0; JACKS],
         };

@@ -1,16 +1,16 @@
-//! What can be wrong with a geometry file.
+//! The errors of a geometry file.
 
 use thiserror::Error;
 
 use super::MID_LENGTH_TOLERANCE_M;
 
-/// Why a geometry file cannot be used. The file's own name is for the caller to add.
+/// Why a geometry file cannot be used. The caller adds the name of the file.
 #[derive(Debug, Error)]
 pub enum GeometryError {
     /// Neither a preset nor a file.
     #[error("{name}: no such preset or file ({source}); presets: {presets}", presets = preset_names())]
     NotFound {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// Why it could not be read as a file.
         source: std::io::Error,
@@ -45,7 +45,7 @@ pub enum GeometryError {
         /// Number of coordinates in the file.
         count: usize,
     },
-    /// A number outside what it may be, or no number.
+    /// A number outside its range, or no number.
     #[error("{key}: {value} is outside {low} to {high}")]
     Range {
         /// The key.

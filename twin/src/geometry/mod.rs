@@ -1,4 +1,4 @@
-//! The geometry file: where the hinges of a motion base are, and what its jacks may do.
+//! The geometry file: the hinges of a motion base and the limits of its jacks.
 //!
 //! TOML. Lengths are in metres, from hinge centre to hinge centre; lower hinges in the earth frame, upper hinges in
 //! the body frame, one triple per jack in the order of the jacks:
@@ -20,6 +20,7 @@ pub use error::GeometryError;
 
 use crate::algebra::{Rotation, Vec3};
 use crate::mechanism::{Mechanism, Pose};
+use crate::random::Stream;
 use serde::Deserialize;
 
 /// 1σ of a hinge coordinate where the file does not say, m.
@@ -140,6 +141,22 @@ impl Geometry {
             speed_max_m_s: limit("speed_max", file.speed_max)?,
             acceleration_max_m_s2: limit("acceleration_max", file.acceleration_max)?,
         })
+    }
+
+    /// The mechanism with the true hinges under a seed.
+    #[must_use]
+    pub fn true_mechanism(&self, seed: u64) -> Mechanism {
+        let displaced = |plane: &str, hinges: &[Vec3; 6]| -> [Vec3; 6] {
+            std::array::from_fn(|k| {
+                let mut stream = Stream::new(seed, &format!("hinge.{plane}.{}", k + 1));
+                let error = std::array::from_fn(|_| self.hinge_tolerance_m * stream.normal());
+                hinges[k] + Vec3(error)
+            })
+        };
+        Mechanism {
+            lower: displaced("lower", &self.nominal.lower),
+            upper: displaced("upper", &self.nominal.upper),
+        }
     }
 
     /// Length from which displacements count, m: the mean of the shortest and the longest.

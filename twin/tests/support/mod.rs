@@ -1,4 +1,4 @@
-//! What several tests need: bases, programs made with the twin's own mechanism, and time to pass.
+//! Support of several tests: bases, programs made with the twin's own mechanism, and passing of time.
 #![allow(dead_code)] // each test file uses its part
 
 use twin::algebra::{Rotation, Vec3};
@@ -63,7 +63,7 @@ fn displaced(geometry: &Geometry, shift: Vec3, turn: Vec3, share: f64) -> Pose {
     }
 }
 
-/// Lets time pass; the truth of every step.
+/// Lets time pass and returns the truth of every step.
 pub fn pass(bench: &mut Bench, seconds: f64) -> Vec<Motion> {
     let (mut rows, mut motions) = (Vec::new(), Vec::new());
     for _ in 0..(seconds / 0.02).ceil() as usize {
@@ -102,4 +102,11 @@ pub fn close(got: f64, want: f64, tolerance: f64, what: &str) {
         (got - want).abs() <= tolerance,
         "{what}: got {got}, want {want} ± {tolerance}"
     );
+}
+
+/// Checks three components against their wanted values.
+pub fn close3(got: Vec3, want: [f64; 3], tolerance: f64, what: &str) {
+    for (axis, (got, want)) in got.0.into_iter().zip(want).enumerate() {
+        close(got, want, tolerance, &format!("{what}[{axis}]"));
+    }
 }

@@ -1,8 +1,8 @@
 //! The difference of two strings, with the interface of the crate `dissimilar`.
 //!
-//! That crate is Apache-2.0 only, which does not go with the GPL-2.0 of the emulator; `defmt-decoder`, which reads the
+//! That crate is Apache-2.0 only, which the GPL-2.0 of the emulator does not allow. `defmt-decoder`, which reads the
 //! firmware's log, depends on it to mark differences in the output of its own printer. The virtual board prints by
-//! itself, so a plain answer is enough: what both strings begin with, what differs, what both end with.
+//! itself, so a plain answer is enough: the common beginning, the differences, the common end.
 
 /// A piece of the difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum Chunk<'a> {
     Insert(&'a str),
 }
 
-/// What must be deleted from `first` and inserted to make `second`.
+/// The deletions from `first` and the insertions that make it `second`.
 #[must_use]
 pub fn diff<'a>(first: &'a str, second: &'a str) -> Vec<Chunk<'a>> {
     let same = |pair: &(char, char)| pair.0 == pair.1;

@@ -1,4 +1,4 @@
-//! Reads the firmware's ELF file: what belongs into flash, where the RTT control block is, and where functions begin.
+//! Reads the firmware's ELF file: the content of the flash, the RTT control block, and the addresses of functions.
 
 use std::fs;
 use std::io;
@@ -10,8 +10,9 @@ use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 use rustc_demangle::demangle;
 use thiserror::Error;
 
-use crate::machine::memory::{FLASH_BASE, FlashMemory};
-use crate::peripherals::flash::{PAGE_SIZE, SIZE};
+use crate::memory::FLASH_BASE;
+use crate::memory::flash::FlashMemory;
+use crate::memory::{FLASH_SIZE, PAGE_SIZE};
 
 /// Symbol of the RTT control block.
 const RTT_SYMBOL: &str = "_SEGGER_RTT";
@@ -28,7 +29,7 @@ pub enum ElfError {
         /// What the system said.
         source: io::Error,
     },
-    /// It is no 32-bit ELF file.
+    /// It is not a 32-bit ELF file.
     #[error(
         "firmware {path} is not a 32-bit ELF file ({source}): give the file that `cargo build` made, not a .bin"
     )]
@@ -49,7 +50,7 @@ pub enum ElfError {
     /// A segment lies outside of the flash memory.
     #[error(
         "firmware {path}: the segment at {address:#010x} of {size} bytes is not within the flash memory \
-         ({FLASH_BASE:#010x}, {SIZE} bytes): check memory.x"
+         ({FLASH_BASE:#010x}, {FLASH_SIZE} bytes): check memory.x"
     )]
     Segment {
         /// The file.
@@ -112,7 +113,7 @@ impl Firmware {
                 .checked_sub(u64::from(FLASH_BASE))
                 .map(|offset| offset as usize);
             let offset = offset
-                .filter(|offset| offset + content.len() <= SIZE)
+                .filter(|offset| offset + content.len() <= FLASH_SIZE)
                 .ok_or_else(|| ElfError::Segment {
                     path: path_buf(),
                     address,
@@ -152,10 +153,10 @@ impl Firmware {
         found
     }
 
-    /// Programs the image as a debug probe would: the pages it needs are erased and written, and no others. Pages that
-    /// are right already are left alone.
+    /// Programs the image as a debug probe would: it erases and writes the pages that the image needs, and no others.
+    /// Pages with the right content already are left alone.
     pub fn program(&self, memory: &mut FlashMemory) -> io::Result<()> {
-        let mut image = vec![None; SIZE / PAGE_SIZE];
+        let mut image = vec![None; FLASH_SIZE / PAGE_SIZE];
         for (offset, content) in &self.segments {
             for (index, byte) in content.iter().enumerate() {
                 let at = offset + index;

@@ -6,11 +6,12 @@
 //!                name, buffer, size, write offset, read offset, flags (u32 each)
 //! ```
 //!
-//! Only the first up channel is read. Without defmt information in the file it is taken for plain text.
+//! Only the first up channel is read. If the file has no defmt information, the log is plain text.
 
 use defmt_decoder::{DecodeError, Locations, StreamDecoder, Table};
 
-use crate::machine::memory::{Block, RAM_BASE};
+use crate::memory::RAM_BASE;
+use crate::memory::block::Block;
 
 const MAGIC: &[u8; 10] = b"SEGGER RTT";
 const FIRST_CHANNEL: usize = 24;
@@ -51,7 +52,7 @@ impl FirmwareLog {
         }
     }
 
-    /// A new run of the firmware begins: what was half received is forgotten.
+    /// A new run of the firmware begins: incomplete entries are dropped.
     pub fn restart(&mut self) {
         self.line.clear();
         if let Some(defmt) = &mut self.decoder {
@@ -59,7 +60,7 @@ impl FirmwareLog {
         }
     }
 
-    /// Takes what the firmware has written and prints what is complete.
+    /// Reads new bytes of the log and prints the complete entries.
     pub fn poll(&mut self, ram: &mut Block, now_s: f64) {
         let Some(bytes) = self.control.and_then(|control| drain(ram, control)) else {
             return;

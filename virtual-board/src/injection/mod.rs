@@ -1,7 +1,7 @@
-//! Faults that are made on purpose: what can go wrong on a board, to be had at a given instant or flash operation.
+//! Injected faults: what can go wrong on a board, at a given instant or flash operation.
 //!
 //! - [`Fault`]: what goes wrong;
-//! - [`timeline`]: the file that says when (`--faults FILE`, see docs/virtual-bench.md).
+//! - [`timeline`]: the file with the times (`--faults FILE`, see docs/virtual-bench.md).
 //!
 //! The machine carries them out (`machine/inject.rs`).
 
@@ -9,13 +9,13 @@ pub mod timeline;
 
 use serde::{Deserialize, Deserializer, de};
 
-/// How far a flash operation has got when its fault comes.
+/// Progress of a flash operation at the moment of its fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Progress {
-    /// Nothing of it is done, and nothing ever will be.
+    /// The operation has not begun, and never begins.
     NotBegun,
-    /// It is under way: what cuts it short leaves a torn double word or page.
+    /// The operation is under way: a reset or power cut now leaves a torn double word or page.
     Half,
     /// It has just ended.
     Done,
@@ -25,24 +25,24 @@ pub enum Progress {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(tag = "fault", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fault {
-    /// The power goes, and with it this process.
+    /// The power goes, and this process ends.
     PowerCut,
-    /// Somebody presses the reset button.
+    /// A person presses the reset button.
     PinReset,
     /// The supply dips: a brown-out reset.
     BrownOut {
         /// Whether the RAM has kept its content.
         ram_kept: bool,
     },
-    /// The core goes round in circles: as soon as this exception is active (0 is thread mode, 16 + n interrupt n), in
-    /// place of what it was doing there, or, if none is named, whole and at once.
+    /// The core hangs in an endless loop: as soon as this exception is active (0 is thread mode, 16 + n interrupt n),
+    /// in place of its code; without an exception, the whole core hangs at once.
     Hang {
         /// Number of the exception.
         exception: Option<usize>,
     },
     /// The core jumps to this address out of thread mode.
     Jump {
-        /// Where to.
+        /// The address.
         #[serde(deserialize_with = "hexadecimal")]
         address: u32,
     },
@@ -54,7 +54,7 @@ pub enum Fault {
     },
     /// The crystal stops and never starts again. A core that runs on it stands still.
     Crystal,
-    /// Bits of the double word of flash at this address fall over.
+    /// Bits of the double word of flash at this address flip.
     BitError {
         /// The address.
         #[serde(deserialize_with = "hexadecimal")]
@@ -62,35 +62,35 @@ pub enum Fault {
         /// 1, which the error code corrects, or 2, which it finds.
         bits: u8,
     },
-    /// DMA serves nothing of this for so long.
+    /// DMA does not serve this part for a while.
     DmaStall {
-        /// What is not served.
+        /// The part that is not served.
         of: Served,
-        /// How long, µs.
+        /// Duration, µs.
         duration_us: u64,
     },
-    /// No operation of the flash memory, under way or begun from now on, ends before so long; a reset ends that.
+    /// No operation of the flash memory, under way or new, ends within a duration; a reset ends that.
     FlashStall {
-        /// How long, µs.
+        /// Duration, µs.
         duration_us: u64,
     },
-    /// The converters miss all triggers for so long.
+    /// The converters miss all triggers for a while.
     TriggerStall {
-        /// How long, µs.
+        /// Duration, µs.
         duration_us: u64,
     },
-    /// The next so many characters on the line suffer.
+    /// The next characters on the line are disturbed.
     Line {
-        /// Which way they go.
+        /// Their direction.
         towards: Towards,
-        /// What becomes of them.
+        /// The effect on each.
         effect: Effect,
-        /// How many.
+        /// Number of characters.
         characters: u32,
     },
 }
 
-/// What DMA serves.
+/// The parts that DMA serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Served {
@@ -112,17 +112,17 @@ pub enum Towards {
     Host,
 }
 
-/// What becomes of a character on the line.
+/// The effect of a disturbance on a character.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Effect {
     /// It never arrives.
     Lost,
-    /// One bit arrives wrong, and nobody notices.
+    /// One bit arrives wrong, and nothing detects it.
     Damaged,
-    /// One bit arrives wrong, and a receiver of the board's notices (NE).
+    /// One bit arrives wrong, and the board's receiver detects it (NE).
     Noise,
-    /// The stop bit is missing, and a receiver of the board's notices (FE).
+    /// The stop bit is missing, and the board's receiver detects it (FE).
     Framing,
 }
 

@@ -1,4 +1,4 @@
-//! The file that says when which fault comes: one JSON object a line.
+//! The file of faults and their times: one JSON object a line.
 //!
 //! ```text
 //! # comment
@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use super::{Fault, Progress};
 
-/// Why a file is no timeline.
+/// Why a file is not a timeline.
 #[derive(Debug, Error)]
 pub enum TimelineError {
     /// It cannot be read.
@@ -28,7 +28,7 @@ pub enum TimelineError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A line of it is no fault.
+    /// A line of it is not a fault.
     #[error("--faults {path}, line {line}: {problem}")]
     Line {
         /// The file.
@@ -110,7 +110,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// When the next fault comes that has a time, if that is not after `until_s`.
+    /// Time of the next timed fault, if it is not after `until_s`.
     pub(crate) fn next_at(&self, until_s: f64) -> Option<f64> {
         let (at_s, _) = self.timed.front()?;
         (*at_s <= until_s).then_some(*at_s)
@@ -121,7 +121,7 @@ impl Timeline {
         self.timed.pop_front().map(|(_, fault)| fault)
     }
 
-    /// The flash operation at which the next fault comes that has one.
+    /// Flash operation and progress of the next fault by operation.
     pub(crate) fn next_operation(&self) -> Option<(u64, Progress)> {
         self.by_operation.front().map(|(when, _)| *when)
     }

@@ -1,27 +1,26 @@
-//! What the hooks of the emulator share with the loop that runs it: the bus, the core's time, and why the emulation was
-//! last paused.
+//! State that the hooks of the emulator share with the loop that runs it: the bus, the core's time, and the reason of
+//! the last pause.
 
 use std::collections::HashSet;
 
-use super::bus::{Bus, FLASH_SIZE};
 use super::counting::Counting;
 use super::faults::{BadAccess, Fault};
 use super::instructions::BlockTable;
-use super::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, RAM_BASE, RAM_SIZE};
+use crate::bus::Bus;
 use crate::firmware::log::FirmwareLog;
-use crate::peripherals::flash::BANK_SIZE;
+use crate::memory::{CCM_BASE, CCM_SIZE, FLASH_BASE, FLASH_SIZE, RAM_BASE, RAM_SIZE};
 use crate::peripherals::nvic::Masks;
 use crate::peripherals::rcc::ResetCause;
 use crate::peripherals::{Cycles, NEVER};
 
-/// Where code is found: base and size of each block table.
+/// The areas of code: base and size of each block table.
 const CODE_AREAS: [(u32, usize); 4] = [
     (FLASH_BASE, FLASH_SIZE),
     (0, FLASH_SIZE),
     (RAM_BASE, RAM_SIZE),
     (CCM_BASE, CCM_SIZE),
 ];
-/// How often a busy core's log is looked at, cycles.
+/// Interval at which the log of a busy core is read, cycles.
 const LOG_INTERVAL: Cycles = 150_000;
 const BRANCH_TO_SELF: u16 = 0xE7FE;
 
@@ -39,7 +38,7 @@ pub(super) enum Sleep {
 /// Why the hook stopped the emulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pause {
-    /// It did not; the emulator itself stopped.
+    /// The hook did not stop it; the emulator itself stopped.
     None,
     /// The run's time is over.
     TimeOver,
@@ -47,9 +46,9 @@ pub(super) enum Pause {
     Take(usize),
     /// The chip is to be reset.
     Reset(ResetCause),
-    /// A bank of flash must be watched, or no longer.
+    /// The watch on a bank of flash must be switched on or off.
     Watch,
-    /// A flash operation has got to where a fault is due.
+    /// A flash operation has reached the point at which a fault is due.
     Trapped,
     /// The core spins for ever and nothing can interrupt it.
     Dead,
@@ -62,18 +61,18 @@ pub(super) struct Context {
     pub(super) bus: Bus,
     /// The core's time, cycles since power-on.
     pub(super) cycles: Cycles,
-    /// From when on the start of a block needs a closer look.
+    /// From this time on the start of a block needs a closer look.
     pub(super) attention: Cycles,
-    /// When the run ends at the latest: true time, and what that is in cycles as the clock runs now.
+    /// Latest end of the run: true time, and the same in cycles at the present clock.
     stop_s: f64,
     stop_at: Cycles,
-    /// The run also ends when so many characters wait, or none follows.
+    /// Number of waiting characters that ends the run; silence after a character ends it too.
     pub(super) most_sent: Option<usize>,
     /// Decoded blocks of each of [`CODE_AREAS`].
     pub(super) blocks: [BlockTable; CODE_AREAS.len()],
-    /// Where the block that ran last ends.
+    /// Address behind the last block that ran.
     pub(super) block_end: u32,
-    /// Pages of RAM that code has been run from.
+    /// Pages of RAM from which code has run.
     pub(super) code_in_ram: HashSet<u64>,
     /// The event register.
     pub(super) event: bool,
@@ -82,7 +81,7 @@ pub(super) struct Context {
     /// Number of the exception that the emulator met.
     pub(super) raised: Option<u32>,
     pub(super) bad_access: Option<BadAccess>,
-    /// The last fault that became a HardFault, and where.
+    /// The last fault that became a HardFault, and its address.
     pub(super) last_hard_fault: Option<(Fault, u32)>,
     /// Banks whose reads come to the hook.
     pub(super) watched: [bool; 2],
@@ -137,7 +136,7 @@ impl Context {
         self.stop_at = self.bus.timebase.cycles(until_s);
     }
 
-    /// Brings everything up to the core's time.
+    /// Carries out everything that is due at the core's time.
     pub(super) fn catch_up(&mut self) {
         self.bus.run_events(self.cycles);
         if self.bus.clock_changed {
@@ -149,19 +148,19 @@ impl Context {
         }
     }
 
-    /// Everything that is due before the block at `address`.
+    /// Carries out everything that is due before the block at `address`.
     pub(super) fn catch_up_for_block(&mut self, address: u32) {
         self.bus.near_pc = address;
         self.catch_up();
         self.stall_on_busy_bank(address);
     }
 
-    /// Whether the core's masks matter for what comes next.
+    /// Whether the core's masks matter for the next decision.
     pub(super) fn masks_matter(&self, address: u32) -> bool {
         self.bus.nvic.may_preempt() || self.spins_at(address)
     }
 
-    /// Why the block at `address` must not run now, if so.
+    /// The reason to pause before the block at `address`, if any.
     pub(super) fn reason_to_pause(
         &mut self,
         address: u32,
@@ -189,7 +188,7 @@ impl Context {
             if !self.bus.iwdg.running() {
                 return Pause::Dead;
             }
-            // Nothing but the watchdog ends this; there is no use in counting every turn.
+            // Only the watchdog ends this loop, so its turns need not be counted.
             self.cycles = self.cycles.max(self.bus.next_event().min(self.end()));
         }
         if self.cycles >= self.end() {
@@ -199,7 +198,7 @@ impl Context {
         }
     }
 
-    /// When the next closer look is due.
+    /// The time of the next closer look.
     pub(super) fn next_attention(&self) -> Cycles {
         if self.bus.nvic.may_preempt() {
             0
@@ -208,7 +207,7 @@ impl Context {
         }
     }
 
-    /// When the run ends, as far as can be said now.
+    /// The end of the run, as it is known now.
     pub(super) fn end(&self) -> Cycles {
         let Some(most) = self.most_sent else {
             return self.stop_at;
@@ -225,37 +224,7 @@ impl Context {
         }
     }
 
-    /// An operation on the flash memory keeps the core waiting until it ends.
-    pub(super) fn wait_for_flash(&mut self) {
-        if self.bus.flash.busy_bank().is_some() {
-            self.cycles = self.cycles.max(self.bus.flash.next_event());
-            self.bus.run_events(self.cycles);
-        }
-    }
-
-    /// The core stores into the flash memory.
-    pub(super) fn store_to_flash(&mut self, offset: usize, value: u32, size: usize) {
-        self.before_access();
-        self.wait_for_flash();
-        self.bus.store_to_flash(offset, value, size);
-    }
-
-    /// The core is about to read from a bank that is watched.
-    pub(super) fn look_at_flash(&mut self, offset: usize) {
-        self.before_access();
-        if self.bus.flash.busy_bank() == Some(offset / BANK_SIZE) {
-            self.wait_for_flash();
-        }
-        self.bus.check_flash_read(offset);
-    }
-
-    /// Whether every single read of bank 2 must be looked at.
-    pub(super) fn must_see_all(&self) -> bool {
-        let flaws = self.bus.flash_memory.flaws();
-        flaws.any_in(BANK_SIZE..FLASH_SIZE)
-    }
-
-    /// Whether a resting core must go on.
+    /// Whether a resting core must wake.
     pub(super) fn wakes(&self, masks: Masks) -> bool {
         let nvic = &self.bus.nvic;
         match self.sleep {
@@ -297,12 +266,6 @@ impl Context {
         self.log.restart();
     }
 
-    /// A register access needs all events up to now done, and may have any consequence.
-    pub(super) fn before_access(&mut self) {
-        self.bus.run_events(self.cycles);
-        self.attention = 0;
-    }
-
     fn spins_at(&self, address: u32) -> bool {
         let mut bytes = [0; 2];
         let found = match address {
@@ -315,20 +278,5 @@ impl Context {
             _ => false,
         };
         found && u16::from_le_bytes(bytes) == BRANCH_TO_SELF
-    }
-
-    /// The core cannot fetch from a bank that is being programmed or erased.
-    fn stall_on_busy_bank(&mut self, address: u32) {
-        let Some(busy) = self.bus.flash.busy_bank() else {
-            return;
-        };
-        let offset = if address < FLASH_SIZE as u32 {
-            address
-        } else {
-            address.wrapping_sub(FLASH_BASE)
-        };
-        if offset as usize / BANK_SIZE == busy {
-            self.wait_for_flash();
-        }
     }
 }

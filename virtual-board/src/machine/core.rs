@@ -1,105 +1,41 @@
 //! The processor: Unicorn's Cortex-M4, and the loop that runs it.
 //!
 //! Unicorn executes instructions and nothing else: it has no interrupts, no sleep and no time. So a hook at the start
-//! of every basic block (`hooks.rs`) adds the block's instructions to the time. When the time has come for an
-//! event, it lets the peripherals carry it out, and stops the emulation if an exception is to be taken. Entry, return,
-//! sleep and faults are then done here, between two runs of the emulation.
+//! of every basic block (`hooks.rs`) adds the block's instructions to the time. When an event is due, the hook lets the
+//! peripherals carry it out, and stops the emulation if the core must take an exception. Entry, return, sleep and
+//! faults then happen here, between two runs of the emulation.
 
-use thiserror::Error;
-use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
+use unicorn_engine::{Arch, ArmCpuModel, Mode, RegisterARM, Unicorn, uc_error};
 
-use super::bus::Bus;
 use super::context::{Context, Pause, Sleep};
 use super::counting::{Count, Counting};
-use super::faults::Halt;
-use super::hooks::{self, STUB_BASE, masks_of, register_of};
-use super::memory::{Block, FLASH_BASE, FlashFileError};
-use crate::bench::pins::PinsError;
+use super::hooks::{self, masks_of, register_of};
+use super::stop::{BuildError, Stop};
+use super::stub::{NOWHERE, STUB_BASE, Stub};
+use crate::bus::Bus;
 use crate::firmware::log::FirmwareLog;
 use crate::injection::timeline::Timeline;
-use crate::peripherals::flash::BANK_SIZE;
 use crate::peripherals::nvic::Masks;
 use crate::peripherals::rcc::ResetCause;
-
-/// `clrex; ldr.w pc, [pc, #0]; .word target`: clears the exclusive monitor, then jumps. The emulator offers no other
-/// way to clear it, and an exception must.
-const CLEAR_MONITOR: [u8; 8] = [0xBF, 0xF3, 0x2F, 0x8F, 0xDF, 0xF8, 0x00, 0xF0];
-const STUB_TARGET: usize = CLEAR_MONITOR.len();
-const STUB_SIZE: usize = 2 * 4096;
-/// An endless loop, beside the stub: what a core that hangs executes. It is 127 instructions long, because every round
-/// is a basic block and costs the model as much as any.
-const LOOP: usize = 4096;
-const NOPS: usize = 126;
-const NOP: [u8; 2] = [0x00, 0xBF];
-/// Back by all of them and itself.
-const BRANCH_BACK: [u8; 2] = [0x80, 0xE7];
-/// Where that loop is.
-pub(super) const LOOP_AT: u32 = STUB_BASE + LOOP as u32;
-/// End of the stub page, which is never reached: the emulator wants an address to stop at.
-const NOWHERE: u32 = STUB_BASE + STUB_SIZE as u32 - 2;
 
 const WFE: u16 = 0xBF20;
 const WFI: u16 = 0xBF30;
 const YIELD: u16 = 0xBF10;
 
-/// Why the machine cannot go on.
-#[derive(Debug, Error)]
-pub enum Stop {
-    /// The firmware has faulted and will never do anything again.
-    #[error(transparent)]
-    Halted(#[from] Box<Halt>),
-    /// The twin is gone.
-    #[error(transparent)]
-    Pins(#[from] PinsError),
-    /// The power was cut, as the timeline of faults asked for.
-    #[error("the power was cut at {at_s:.6} s")]
-    PowerCut {
-        /// True time, s.
-        at_s: f64,
-    },
-    /// The flash file cannot be written.
-    #[error("the flash file cannot be written: {0}")]
-    FlashFile(std::io::Error),
-    /// The emulator reports something that it never should.
-    #[error("the emulator stopped with {0:?} at PC {1:#010x}")]
-    Emulator(uc_error, u32),
-}
-
-/// Why the machine cannot be built.
-#[derive(Debug, Error)]
-pub enum BuildError {
-    /// The flash file is unusable.
-    #[error(transparent)]
-    FlashFile(#[from] FlashFileError),
-    /// The emulator refuses.
-    #[error("the emulator cannot be set up: {0:?}")]
-    Emulator(uc_error),
-}
-
-impl From<uc_error> for BuildError {
-    fn from(error: uc_error) -> Self {
-        Self::Emulator(error)
-    }
-}
-
 /// The chip with its firmware.
 pub struct Machine {
     pub(super) uc: Unicorn<'static, Context>,
     pub(super) timeline: Timeline,
-    stub: Block,
+    stub: Stub,
 }
 
 impl Machine {
-    /// A powered machine that is about to begin at the reset vector.
+    /// A powered machine at its reset vector.
     pub fn new(bus: Bus, log: FirmwareLog) -> Result<Self, BuildError> {
         let context = Context::new(bus, log);
         let mut uc = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, context)?;
         uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-        let mut stub = Block::new(STUB_SIZE);
-        assert!(stub.write(0, &CLEAR_MONITOR), "it fits");
-        let mut endless = NOP.repeat(NOPS);
-        endless.extend(BRANCH_BACK);
-        assert!(stub.write(LOOP, &endless), "it fits");
+        let stub = Stub::new();
         hooks::connect(&mut uc, &stub)?;
         let mut machine = Self {
             uc,
@@ -115,7 +51,7 @@ impl Machine {
         &self.context().bus
     }
 
-    /// As [`Self::bus`], to be changed; what changes is noticed when the machine runs on.
+    /// As [`Self::bus`], for changes; the machine notices them when it runs on.
     pub fn bus_mut(&mut self) -> &mut Bus {
         &mut self.context_mut().bus
     }
@@ -125,24 +61,24 @@ impl Machine {
         self.context_mut().counting = Some(counting);
     }
 
-    /// What has been counted; `None` if nothing was asked for.
+    /// The counts; `None` if counting is off.
     pub fn counts(&self) -> Option<&[Count]> {
         self.context().counting.as_ref().map(Counting::counts)
     }
 
-    /// Counts from zero on.
+    /// Sets the counts to zero.
     pub fn begin_counting(&mut self) {
         if let Some(counting) = &mut self.context_mut().counting {
             counting.begin();
         }
     }
 
-    /// Instructions that ran since counting was last begun; `None` if nothing was asked for.
+    /// Instructions since the counts were last set to zero; `None` if counting is off.
     pub fn executed(&self) -> Option<u64> {
         self.context().counting.as_ref().map(Counting::executed)
     }
 
-    /// Runs until true time `until_s` since power-on, or a little beyond: to the end of a basic block.
+    /// Runs until true time `until_s` since power-on, or a little longer: to the end of a basic block.
     pub fn run(&mut self, until_s: f64) -> Result<(), Stop> {
         while let Some(at_s) = self.timeline.next_at(until_s) {
             self.run_on(at_s)?;
@@ -155,7 +91,7 @@ impl Machine {
         self.run_on(until_s)
     }
 
-    /// The same without looking for faults that have a time.
+    /// As [`Self::run`], but without timed faults.
     pub(super) fn run_on(&mut self, until_s: f64) -> Result<(), Stop> {
         self.context_mut().begin_run(until_s);
         loop {
@@ -203,11 +139,7 @@ impl Machine {
 
     /// Goes on at `address` with the exclusive monitor cleared.
     pub(super) fn jump_clearing_monitor(&mut self, address: u32) {
-        let thumb_address = address | 1;
-        assert!(
-            self.stub.write(STUB_TARGET, &thumb_address.to_le_bytes()),
-            "it fits"
-        );
+        self.stub.set_target(address);
         self.set_register(RegisterARM::PC, STUB_BASE | 1);
     }
 
@@ -257,8 +189,8 @@ impl Machine {
         }
     }
 
-    /// The emulator ends a run at WFI without and at WFE and YIELD with an error. They end their block, and the program
-    /// counter is behind them; after a real error it is at the culprit.
+    /// At WFI the emulator ends a run without an error, at WFE and YIELD with one. They end their block, and the
+    /// program counter is behind them; after a real error it is at the faulty instruction.
     fn stopped_by_itself(&mut self, result: Result<(), uc_error>) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
         let hint = self
@@ -277,91 +209,6 @@ impl Machine {
             (Err(error), _) => return self.fault_of_error(error, pc),
         }
         Ok(())
-    }
-
-    /// Rests until something wakes the core (true) or the run's time is over (false).
-    fn sleep_on(&mut self) -> Result<bool, Stop> {
-        self.context_mut().poll_log();
-        let masks = self.masks();
-        loop {
-            let context = self.uc.get_data_mut();
-            if let Some(cause) = context.bus.reset_request.take() {
-                self.reset(cause);
-                return Ok(true);
-            }
-            if context.failed() {
-                return Err(self.failure());
-            }
-            if context.bus.flash.trapped() {
-                self.inject_at_operation()?;
-                continue;
-            }
-            if context.wakes(masks) {
-                context.sleep = None;
-                return Ok(true);
-            }
-            let end = context.end();
-            if context.cycles >= end {
-                return Ok(false);
-            }
-            let slept = context
-                .bus
-                .next_event()
-                .min(end)
-                .saturating_sub(context.cycles);
-            context.bus.slept(slept);
-            context.cycles += slept;
-            context.catch_up();
-        }
-    }
-
-    fn failure(&mut self) -> Stop {
-        let bus = &mut self.context_mut().bus;
-        if let Some(error) = bus.flash_file_failure.take() {
-            return Stop::FlashFile(error);
-        }
-        match bus.pins.take_failure() {
-            Some(error) => Stop::Pins(error),
-            None => Stop::Emulator(uc_error::OK, bus.near_pc),
-        }
-    }
-
-    /// Makes banks of flash unreadable that need watching: reads of them then come to the hook.
-    fn watch_banks(&mut self) -> Result<(), Stop> {
-        let see_all = self.context().must_see_all();
-        if see_all != self.context().sees_all {
-            hooks::map_bank_2(&mut self.uc, !see_all)
-                .map_err(|error| Stop::Emulator(error, FLASH_BASE))?;
-            self.context_mut().sees_all = see_all;
-            self.context_mut().watched[1] = false;
-        }
-        for bank in 0..2 {
-            let watch = self.context().bus.is_watched(bank);
-            if watch == self.context().watched[bank] {
-                continue;
-            }
-            if bank == 1 && see_all {
-                self.context_mut().watched[bank] = watch;
-                continue;
-            }
-            let rights = if watch {
-                Prot::EXEC
-            } else {
-                Prot::READ | Prot::EXEC
-            };
-            for base in [FLASH_BASE, 0] {
-                let start = base + (bank * BANK_SIZE) as u32;
-                self.uc
-                    .mem_protect(u64::from(start), BANK_SIZE as u64, rights)
-                    .map_err(|error| Stop::Emulator(error, start))?;
-            }
-            self.context_mut().watched[bank] = watch;
-        }
-        // What the emulator remembers of the pages' rights is out of date.
-        let pc = self.register(RegisterARM::PC);
-        self.uc
-            .ctl_flush_tlb()
-            .map_err(|error| Stop::Emulator(error, pc))
     }
 
     pub(super) fn reset(&mut self, cause: ResetCause) {
@@ -391,7 +238,7 @@ impl Machine {
         self.jump_clearing_monitor(entry);
     }
 
-    /// The emulator derives translation flags from the mode; writing the condition flags makes it do so again.
+    /// The emulator derives translation flags from the mode; a write to the condition flags makes it do so again.
     pub(super) fn refresh_mode(&mut self) {
         let flags = self.register(RegisterARM::XPSR) & 0xF000_0000;
         self.set_register(RegisterARM::APSR_NZCV, flags);

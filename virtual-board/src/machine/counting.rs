@@ -1,14 +1,14 @@
-//! How many instructions a function or an exception handler takes, from its first instruction to its return.
+//! Counts the instructions of a function or an exception handler, from its first instruction to its return.
 //!
-//! A call begins with the block at the function's first address and ends with the first block at its return address
+//! A call begins with the block at the function's first address. It ends with the first block at its return address
 //! with the stack pointer of its entry, at the same depth of nested exceptions. A handler begins when its exception is
-//! entered and ends with the exception's return. So calls by `b` as well as by `bl` are seen, but no call that was
-//! inlined. Instructions of exceptions that come in between are counted apart: `instructions` is the call alone,
-//! `with_interruptions` all that ran until it returned. Stacking and unstacking take no instructions.
+//! entered and ends with the exception's return. So calls by `b` and by `bl` are seen, but inlined calls are not.
+//! Instructions of exceptions that come in between are counted apart: `instructions` is the call alone,
+//! `with_interruptions` all instructions until it returned. Stacking and unstacking take no instructions.
 
 use serde::Serialize;
 
-/// What is counted.
+/// The object of a count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// The function whose first instruction is at this address.
@@ -41,11 +41,11 @@ impl Range {
 /// The calls of one target so far.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Count {
-    /// As the target was asked for.
+    /// Name as in the command line.
     pub name: String,
-    /// Symbol that was found under that name, or the name itself.
+    /// Symbol of that name, or the name itself.
     pub symbol: String,
-    /// Calls that have returned; the ranges mean nothing as long as it is zero.
+    /// Calls that have returned; while it is zero the ranges have no meaning.
     pub calls: u64,
     /// Of the call alone, functions that it called included.
     pub instructions: Range,
@@ -74,11 +74,11 @@ pub struct Counting {
     calls: Vec<Call>,
     /// Instructions so far.
     executed: u64,
-    /// Those of them before counting was last begun.
+    /// Instructions before the counts were last set to zero.
     executed_before: u64,
     /// When each active exception was entered.
     entered: Vec<u64>,
-    /// Instructions of exceptions that interrupted each depth, 0 being thread mode.
+    /// Instructions of exceptions that interrupted each depth; depth 0 is thread mode.
     away: Vec<u64>,
 }
 
@@ -106,7 +106,7 @@ impl Counting {
         self.executed - self.executed_before
     }
 
-    /// Counts from zero on; calls that have not returned yet count when they do.
+    /// Sets the counts to zero; a call under way counts when it returns.
     pub fn begin(&mut self) {
         self.executed_before = self.executed;
         for count in &mut self.counts {
@@ -124,7 +124,7 @@ impl Counting {
         returns || self.targets.contains(&Target::Function(address))
     }
 
-    /// A block begins that [`Self::looks_at`].
+    /// A block that [`Self::looks_at`] begins.
     pub(super) fn arrive(&mut self, address: u32, stack: u32, link: u32) {
         let depth = self.entered.len();
         while let Some(call) = self
@@ -135,7 +135,7 @@ impl Counting {
         }
         let back = Some((link & !1, stack));
         for index in 0..self.targets.len() {
-            // A loop back to the first instruction is no call.
+            // A loop back to the first instruction is not a call.
             let open = self
                 .calls
                 .iter()
@@ -168,7 +168,7 @@ impl Counting {
     pub(super) fn leave(&mut self) {
         let depth = self.entered.len();
         while let Some(call) = self.calls.pop_if(|call| call.depth == depth) {
-            // A function that has not returned before its handler never will.
+            // A function that has not returned before its handler never returns.
             if call.back.is_none() {
                 self.close(&call);
             }
@@ -178,7 +178,7 @@ impl Counting {
         }
     }
 
-    /// The core starts anew: nothing returns any more.
+    /// The core restarts: no call returns any more.
     pub(super) fn reset(&mut self) {
         self.calls.clear();
         self.entered.clear();

@@ -5,14 +5,15 @@
 //! extended frame, 26 words:  the same, then s0 to s15, FPSCR, one word reserved
 //! ```
 //!
-//! The extended frame is written at once where the core would do it lazily; what the handler sees is the same.
+//! The extended frame is written at once, where the core would write it lazily; the handler sees the same.
 
 use unicorn_engine::RegisterARM;
 
 use super::context::Sleep;
-use super::core::{Machine, Stop};
+use super::core::Machine;
 use super::faults::{Fault, exception_name};
 use super::hooks::IT_STATE;
+use super::stop::Stop;
 use crate::peripherals::nvic::{HARD_FAULT, SV_CALL};
 
 /// Cycles from the acceptance of an exception to the first instruction of its handler, and back (Cortex-M4 TRM).
@@ -31,13 +32,14 @@ const BASIC_WORDS: usize = 8;
 const EXTENDED_WORDS: usize = 26;
 const FRAME_ALIGNED: u32 = 1 << 9;
 const FPCA: u32 = 1 << 2;
-/// What the emulator has beside FPCA while a floating-point context is active. Without it the next floating-point
-/// instruction begins a new context, with FPSCR as by default: a comparison that an interrupt came behind would be lost.
+/// A bit of the emulator beside FPCA, set while a floating-point context is active. Without it the next floating-point
+/// instruction begins a new context with the default FPSCR: the result of a comparison before an interrupt would be
+/// lost.
 const SFPA: u32 = 1 << 3;
 const FP_CONTEXT: u32 = FPCA | SFPA;
 const SPSEL: u32 = 1 << 1;
 
-// Numbers by which the emulator names what it met.
+// The emulator's numbers of its exceptions.
 const RAISED_UNDEFINED: u32 = 1;
 const RAISED_SVC: u32 = 2;
 const RAISED_PREFETCH_ABORT: u32 = 3;
@@ -49,7 +51,7 @@ const RAISED_INVALID_STATE: u32 = 18;
 const RAISED_UNALIGNED: u32 = 22;
 
 impl Machine {
-    /// The emulator met an exception of the instruction stream.
+    /// The emulator raised an exception of the instruction stream.
     pub(super) fn raised(&mut self, number: u32) -> Result<(), Stop> {
         let pc = self.register(RegisterARM::PC);
         match number {
@@ -88,7 +90,7 @@ impl Machine {
                 &detail,
             );
         }
-        // Where the stack is lost, the handler of that runs instead, without a frame (ARMv7-M B1.5.11).
+        // If stacking fails, the handler of that fault runs instead, without a frame (ARMv7-M B1.5.11).
         let stacked = self.push_frame(return_address, extended);
         let exception = if stacked {
             exception
@@ -134,7 +136,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Returns from an exception to where `exc_return` says.
+    /// Returns from an exception to the place in `exc_return`.
     fn leave(&mut self, exc_return: u32) -> Result<(), Stop> {
         let exception = (self.register(RegisterARM::XPSR) & 0x1FF) as usize;
         let to_thread = exc_return & 0x8 != 0;
@@ -207,7 +209,7 @@ impl Machine {
         self.uc.mem_write(u64::from(frame), &bytes).is_ok()
     }
 
-    /// Pops a frame and restores what it holds; the return address, or none if there is no memory.
+    /// Pops a frame and restores its registers; returns the return address, `None` if there is no memory.
     fn pop_frame(&mut self, from_process_stack: bool, extended: bool) -> Option<u32> {
         let words = if extended {
             EXTENDED_WORDS

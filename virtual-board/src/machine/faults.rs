@@ -1,28 +1,20 @@
-//! Faults (ARMv7-M B1.5.14, B1.5.15): their status bits, their escalation to HardFault, and the end of it all, lockup.
+//! The faults of the core (ARMv7-M B1.5.14, B1.5.15), with their status bits.
 
 use thiserror::Error;
-use unicorn_engine::{MemType, RegisterARM, uc_error};
+use unicorn_engine::MemType;
 
-use super::context::Sleep;
-use super::core::{Machine, Stop};
 use crate::peripherals::nvic::{BUS_FAULT, HARD_FAULT, INTERRUPTS, MEM_MANAGE, NMI, USAGE_FAULT};
-
-/// HFSR: a fault was escalated; a debug event without debugger.
-const FORCED: u32 = 1 << 30;
-const DEBUG_EVENT: u32 = 1 << 31;
-/// Thumb bit of xPSR.
-const THUMB: u32 = 1 << 24;
 
 /// An access that the memory map does not allow.
 #[derive(Debug, Clone, Copy)]
 pub struct BadAccess {
-    /// What kind of access.
+    /// Kind of access.
     pub kind: MemType,
-    /// Where to.
+    /// Its address.
     pub address: u32,
 }
 
-/// What went wrong.
+/// A fault of the core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Fault {
     /// An instruction that the core does not know.
@@ -34,16 +26,16 @@ pub enum Fault {
     /// A coprocessor or the FPU was used while it is off.
     #[error("use of a coprocessor that is off")]
     NoCoprocessor,
-    /// An instruction that needs alignment got none.
+    /// An unaligned access by an instruction that needs alignment.
     #[error("unaligned access")]
     Unaligned,
-    /// There is nothing to fetch instructions from.
+    /// An instruction fetch where there is no code.
     #[error("instruction fetch from {0:#010x}, where there is no code")]
     Fetch(u32),
-    /// There is nothing to read or write.
+    /// A read or write where there is no memory.
     #[error("access to {0:#010x}, where there is nothing")]
     Access(u32),
-    /// A store to memory that cannot be stored to.
+    /// A store to read-only memory.
     #[error("store to {0:#010x}, which is read-only")]
     ReadOnly(u32),
     /// The frame of an exception could not be written.
@@ -52,7 +44,7 @@ pub enum Fault {
     /// The frame of an exception could not be read.
     #[error("the stack ran out while an exception was returned from")]
     Unstacking,
-    /// The link register of a handler does not hold what it must.
+    /// The link register of a handler does not hold a valid return code.
     #[error("exception return with {0:#010x}, which is impossible here")]
     BadReturn(u32),
     /// BKPT without a debugger.
@@ -64,17 +56,17 @@ pub enum Fault {
     /// The vector of HardFault is not a function.
     #[error("the vector table has no HardFault handler")]
     BadVector,
-    /// The core spins with everything masked.
+    /// The core spins with all interrupts masked.
     #[error("endless loop that nothing can interrupt")]
     Spinning,
-    /// The emulator has met something that it has no name for.
+    /// An unknown exception of the emulator.
     #[error("exception {0} of the emulator")]
     Unknown(u32),
 }
 
 impl Fault {
-    /// The exception that handles the fault, its bits in CFSR, and the address that goes with it.
-    fn status(self) -> (usize, u32, Option<u32>) {
+    /// The exception that handles the fault, its bits in CFSR, and the faulty address.
+    pub(super) fn status(self) -> (usize, u32, Option<u32>) {
         match self {
             Self::UndefinedInstruction | Self::Unknown(_) => (USAGE_FAULT, 1 << 16, None),
             Self::InvalidState => (USAGE_FAULT, 1 << 17, None),
@@ -93,7 +85,7 @@ impl Fault {
     }
 }
 
-/// The firmware will never do anything again.
+/// The firmware has halted for ever.
 #[derive(Debug, Error)]
 #[error(
     "the firmware has faulted for good at {at_s:.6} s: {reason}, at PC {pc:#010x} in {handler}{history}\n\
@@ -102,13 +94,13 @@ impl Fault {
 pub struct Halt {
     /// True time, s.
     pub at_s: f64,
-    /// What went wrong last.
+    /// The last fault.
     pub reason: Fault,
-    /// Where.
+    /// Its address.
     pub pc: u32,
-    /// What was running: thread mode or an exception.
+    /// The running code: thread mode or an exception.
     pub handler: String,
-    /// The fault before, that brought the core to a HardFault handler which spins.
+    /// The fault before it, which led to a HardFault handler that spins.
     pub history: String,
     /// Register r0.
     pub r0: u32,
@@ -135,117 +127,5 @@ pub fn exception_name(exception: usize) -> String {
         USAGE_FAULT => "UsageFault".to_owned(),
         16.. if exception < 16 + INTERRUPTS => format!("interrupt {}", exception - 16),
         _ => format!("exception {exception}"),
-    }
-}
-
-impl Machine {
-    /// The emulator stopped with an error at `pc`.
-    pub(super) fn fault_of_error(&mut self, error: uc_error, pc: u32) -> Result<(), Stop> {
-        let address = self
-            .context()
-            .bad_access
-            .map_or(pc, |access| access.address);
-        let fault = match error {
-            // Without the Thumb bit any instruction is invalid.
-            uc_error::INSN_INVALID if self.register(RegisterARM::XPSR) & THUMB == 0 => {
-                Fault::InvalidState
-            }
-            uc_error::INSN_INVALID => Fault::UndefinedInstruction,
-            uc_error::EXCEPTION => Fault::InvalidState,
-            uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT => Fault::Fetch(address),
-            uc_error::READ_UNMAPPED | uc_error::WRITE_UNMAPPED | uc_error::READ_PROT => {
-                Fault::Access(address)
-            }
-            uc_error::WRITE_PROT => Fault::ReadOnly(address),
-            other => return Err(Stop::Emulator(other, pc)),
-        };
-        self.fault(fault, pc)
-    }
-
-    /// A fault of the instruction at `pc`: its handler is entered, or HardFault's, or the core locks up.
-    pub(super) fn fault(&mut self, fault: Fault, pc: u32) -> Result<(), Stop> {
-        match self.record_fault(fault, pc) {
-            Some(handler) => self.enter(handler, pc),
-            None => self.lock_up(fault),
-        }
-    }
-
-    /// The frame of `exception` could not be stacked; the exception to enter instead, on what stack there is.
-    pub(super) fn stacking_failed(&mut self, exception: usize, pc: u32) -> usize {
-        if exception == HARD_FAULT || exception == NMI {
-            let (_, bits, _) = Fault::Stacking.status();
-            self.context_mut().bus.nvic.note_fault(bits, None);
-            return exception;
-        }
-        self.record_fault(Fault::Stacking, pc).unwrap_or(HARD_FAULT)
-    }
-
-    /// Sets the status bits; the exception to enter, or none: the core locks up.
-    fn record_fault(&mut self, fault: Fault, pc: u32) -> Option<usize> {
-        let (exception, bits, address) = fault.status();
-        let masks = self.masks();
-        let nvic = &mut self.context_mut().bus.nvic;
-        nvic.note_fault(bits, address);
-        if exception != HARD_FAULT && nvic.can_take_fault(exception, masks) {
-            return Some(exception);
-        }
-        if nvic.masked_priority(masks) < 0 {
-            return None;
-        }
-        nvic.note_hard_fault(if fault == Fault::Breakpoint {
-            DEBUG_EVENT
-        } else {
-            FORCED
-        });
-        self.note(&format!("HardFault at PC {pc:#010x}: {fault}"));
-        self.context_mut().last_hard_fault = Some((fault, pc));
-        Some(HARD_FAULT)
-    }
-
-    /// The core locks up. That is the end, unless the watchdog runs: then it rests until that bites.
-    pub(super) fn lock_up(&mut self, reason: Fault) -> Result<(), Stop> {
-        let pc = self.register(RegisterARM::PC);
-        if !self.bus().iwdg.running() {
-            return Err(self.halt(reason, pc));
-        }
-        self.note(&format!(
-            "lockup at PC {pc:#010x}: {reason}; the watchdog will reset the chip"
-        ));
-        self.context_mut().sleep = Some(Sleep::LockedUp);
-        Ok(())
-    }
-
-    /// The core spins where nothing interrupts it and no watchdog runs.
-    pub(super) fn dead(&mut self) -> Stop {
-        let pc = self.register(RegisterARM::PC);
-        self.halt(Fault::Spinning, pc)
-    }
-
-    fn halt(&mut self, reason: Fault, pc: u32) -> Stop {
-        let exception = self.context().bus.nvic.vect_active() as usize;
-        let history = match self.context().last_hard_fault {
-            Some((fault, at)) if exception == HARD_FAULT => {
-                format!(" (entered after: {fault}, at PC {at:#010x})")
-            }
-            _ => String::new(),
-        };
-        Stop::Halted(Box::new(Halt {
-            at_s: self.bus().now_s(),
-            reason,
-            pc,
-            handler: exception_name(exception),
-            history,
-            r0: self.register(RegisterARM::R0),
-            r1: self.register(RegisterARM::R1),
-            r2: self.register(RegisterARM::R2),
-            r3: self.register(RegisterARM::R3),
-            lr: self.register(RegisterARM::LR),
-            sp: self.register(RegisterARM::SP),
-        }))
-    }
-
-    /// Writes a line about the core to stderr.
-    pub(super) fn note(&self, text: &str) {
-        eprintln!("[{:12.6}] board: {text}", self.bus().now_s());
     }
 }

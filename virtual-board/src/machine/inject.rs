@@ -3,14 +3,16 @@
 use unicorn_engine::RegisterARM;
 
 use super::context::Sleep;
-use super::core::{LOOP_AT, Machine, Stop};
-use super::ecc::Flaw;
-use super::memory::FLASH_BASE;
+use super::core::Machine;
+use super::stop::Stop;
+use super::stub::LOOP_AT;
 use crate::injection::Fault;
 use crate::injection::timeline::Timeline;
+use crate::memory::FLASH_BASE;
+use crate::memory::ecc::Flaw;
 use crate::peripherals::rcc::ResetCause;
 
-/// How often one looks whether an exception is active that a fault waits for, s, and for how long at most.
+/// Interval at which a fault looks for its active exception, s, and the longest search.
 const LOOK_S: f64 = 0.5e-6;
 const PATIENCE_S: f64 = 1.0;
 /// Thumb bit of xPSR, and the number of the exception in it.

@@ -1,11 +1,10 @@
-//! How many instructions a basic block has, and whether it sends an event.
+//! The number of instructions of a basic block, and whether it sends an event.
 //!
-//! The emulator reports a block by address and size in bytes. Thumb instructions are two or four bytes long, so the
-//! block is decoded once and remembered. SEV is looked for at the same time, since the emulator treats it as no
-//! operation; a SEV that is skipped by a condition counts too, which only makes the core wake once for nothing, as the
-//! architecture allows.
+//! The emulator reports a block by address and size in bytes. Thumb instructions are two or four bytes long, so each
+//! block is decoded once and remembered. The decoder also looks for SEV, which the emulator treats as no operation. A
+//! SEV that a condition skips counts too; the core then wakes once without an event, as the architecture allows.
 
-/// What the processor model must know of a block.
+/// The facts about a block that the processor model needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlockInfo {
     /// Number of instructions.
@@ -60,7 +59,7 @@ impl BlockTable {
         }
     }
 
-    /// Forgets everything: the code has changed.
+    /// Forgets all blocks: the code has changed.
     pub fn clear(&mut self) {
         self.entries.fill(0);
     }

@@ -1,4 +1,4 @@
-//! DMA request multiplexer (RM0440 chapter 13): which request each of the sixteen channels listens to.
+//! DMA request multiplexer (RM0440 chapter 13): the request of each of the sixteen channels.
 //!
 //! Synchronisation, event generation and request generators are not modelled.
 
@@ -12,7 +12,7 @@ const SYNCHRONISED: u32 = 1 << 16 | 1 << 8;
 
 /// Numbers of the requests that the modelled peripherals make (RM0440 table 91).
 pub mod request {
-    /// A request in the interrupt-free sense: none.
+    /// No request.
     pub const NONE: u8 = 0;
     /// Requests of ADC1 to ADC5.
     pub const ADC: [u8; 5] = [5, 36, 37, 38, 39];

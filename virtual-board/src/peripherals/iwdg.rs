@@ -4,7 +4,7 @@
 //! timeout = (RLR + 1) · 4 · 2^PR / f_LSI
 //! ```
 //!
-//! Once started it cannot be stopped but by a reset.
+//! Only a reset stops it once it has started.
 
 use super::{Cycles, NEVER, NO_SUCH_REGISTER, Read, Write};
 
@@ -44,7 +44,7 @@ impl Iwdg {
         }
     }
 
-    /// Tells the watchdog how fast the core runs; what is left of its time stays the same.
+    /// Sets the frequency of the core; the remaining time stays the same.
     pub fn set_core_clock(&mut self, core_hz: f64, now: Cycles) {
         if self.bites_at != NEVER {
             let left = self.bites_at.saturating_sub(now) as f64;
@@ -89,7 +89,7 @@ impl Iwdg {
         Ok(())
     }
 
-    /// When the watchdog bites unless it is refreshed.
+    /// The instant of the reset, unless the watchdog is refreshed.
     pub fn next_event(&self) -> Cycles {
         self.bites_at
     }

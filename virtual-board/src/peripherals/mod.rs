@@ -1,8 +1,8 @@
 //! Models of the chip's peripherals, one file each, written from the reference manual (RM0440) and tested against it.
 //!
-//! A model knows its registers and the passing of time, and nothing of the other models: it is given the time in core
-//! cycles with every call, says when it next wants to be called ([`NEVER`] if it does not), and shows its interrupt
-//! line and DMA requests as levels. [`crate::machine::bus`] wires the models together.
+//! A model knows its registers and the passing of time, and no other model. Every call gives it the time in core
+//! cycles. It tells when it needs the next call ([`NEVER`] if it does not), and shows its interrupt line and DMA
+//! requests as levels. [`crate::bus`] wires the models together.
 
 pub mod adc;
 pub mod crc;
@@ -28,14 +28,14 @@ pub type Cycles = u64;
 /// The deadline of a peripheral that waits for nothing.
 pub const NEVER: Cycles = Cycles::MAX;
 
-/// What a register access asked for that the model does not do. It is reported once, with address and program counter.
+/// A feature that a register access needs and the model lacks. It is reported once, with address and program counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unmodelled(pub &'static str);
 
 /// The answer to a register read: the value, or why the model has none (it then reads as zero).
 pub type Read = Result<u32, Unmodelled>;
 
-/// The answer to a register write: carried out, or what of it the model leaves out.
+/// The answer to a register write: done, or the part that the model leaves out.
 pub type Write = Result<(), Unmodelled>;
 
 /// The register is not part of the model.

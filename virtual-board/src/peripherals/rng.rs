@@ -1,7 +1,7 @@
 //! True random number generator (RM0440 chapter 26), whose noise source is a seeded generator.
 //!
 //! Words come in fours: a block takes 412 clocks of the 48 MHz oscillator after the generator is switched on, and 48
-//! after it was emptied.
+//! after the last block was used up.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
@@ -43,7 +43,7 @@ impl Rng {
         self.words_left = 0;
     }
 
-    /// Tells the generator how fast the core runs.
+    /// Sets the frequency of the core.
     pub fn set_core_clock(&mut self, core_hz: u64) {
         self.core_hz = core_hz;
     }

@@ -13,11 +13,11 @@ mod sleep;
 use std::path::PathBuf;
 
 use code::Code;
-use virtual_board::bench::pins::{BoardParameters, Pins};
+use virtual_board::bus::Bus;
 use virtual_board::firmware::log::FirmwareLog;
-use virtual_board::machine::bus::Bus;
-use virtual_board::machine::memory::FlashMemory;
 use virtual_board::machine::{Machine, Stop};
+use virtual_board::memory::flash::FlashMemory;
+use virtual_board::pins::{BoardParameters, Pins};
 
 /// Where programs leave their results: words of RAM from here on.
 const RESULTS: u32 = 0x2000_0100;

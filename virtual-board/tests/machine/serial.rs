@@ -51,17 +51,21 @@ fn a_run_ends_when_enough_waits() {
     assert_eq!(chip.machine.bus_mut().lpuart.take_sent().len(), 100);
 }
 
+/// Four characters by DMA between a register of the port and `result[0]`: enable bit of the port, request, mode.
+fn with_dma(main: Code, enable: u32, request: u32, register: u32, mode: u32) -> Code {
+    main.store(RCC + 0x48, 0b101 | 1 << 8) // DMA1, DMAMUX, flash
+        .store(LPUART1 + 0x08, 1 << enable)
+        .store(DMAMUX, request)
+        .store(DMA1 + 0x0C, 4)
+        .store(DMA1 + 0x10, LPUART1 + register)
+        .store(DMA1 + 0x14, 0x2000_0100)
+        .store(DMA1 + 0x08, 1 << 7 | mode | 1)
+        .spin()
+}
+
 #[test]
 fn dma_carries_what_arrives_into_a_ring() {
-    let main = uart_on()
-        .store(RCC + 0x48, 0b101 | 1 << 8) // DMA1, DMAMUX, flash
-        .store(LPUART1 + 0x08, 1 << 6)
-        .store(DMAMUX, 34)
-        .store(DMA1 + 0x0C, 4)
-        .store(DMA1 + 0x10, LPUART1 + 0x24)
-        .store(DMA1 + 0x14, 0x2000_0100)
-        .store(DMA1 + 0x08, 1 << 7 | 1 << 5 | 1)
-        .spin();
+    let main = with_dma(uart_on(), 6, 34, 0x24, 1 << 5);
     let mut chip = Chip::new(main, &[]);
     chip.run(1e-3).unwrap();
     chip.machine.bus_mut().line_in(&[1, 2, 3, 4, 5]);
@@ -73,16 +77,8 @@ fn dma_carries_what_arrives_into_a_ring() {
 
 #[test]
 fn a_stall_of_the_transmitters_dma_delays_what_it_sends() {
-    let main = uart_on()
-        .store(0x2000_0100, 0x0403_0201)
-        .store(RCC + 0x48, 0b101 | 1 << 8)
-        .store(LPUART1 + 0x08, 1 << 7)
-        .store(DMAMUX, 35)
-        .store(DMA1 + 0x0C, 4)
-        .store(DMA1 + 0x10, LPUART1 + 0x28)
-        .store(DMA1 + 0x14, 0x2000_0100)
-        .store(DMA1 + 0x08, 1 << 7 | 1 << 4 | 1)
-        .spin();
+    let main = uart_on().store(0x2000_0100, 0x0403_0201);
+    let main = with_dma(main, 7, 35, 0x28, 1 << 4);
     let mut chip = Chip::new(main, &[]);
     let fault = r#"{"at_s":0,"fault":"dma_stall","of":"transmitter","duration_us":2000}"#;
     chip.machine.inject(Timeline::parse(fault).unwrap());

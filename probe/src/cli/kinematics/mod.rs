@@ -4,8 +4,8 @@
 //! - [`rows`]: all cores at once, or row after row.
 //!
 //! A pose is six numbers, `x,y,z,roll,pitch,yaw` (m, rad), in the axes and with the angles of a [`Convention`]. With
-//! `zyx` and `xyz` those axes have z up, as those of a geometry file with `axes = "z-up"`: what such files and tables
-//! say is neither turned on the way in nor on the way out. The files behind them are in the frames of the core.
+//! `zyx` and `xyz` these axes have z up, as in a geometry file with `axes = "z-up"`, and the numbers are used as they are,
+//! without a change of axes. The solvers work in the frames of the core.
 
 mod rows;
 mod table;
@@ -28,15 +28,15 @@ use crate::geometry_file::GeometryFile;
 use table::{Columns, Lines, Row};
 
 const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
-const LEGS: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
-/// Columns beside the pose that a solution prints.
+const JACKS: [&str; 6] = ["l1", "l2", "l3", "l4", "l5", "l6"];
+/// Columns of a solution beside the pose.
 const SOLUTION: [&str; 3] = ["residual", "condition", "iterations"];
 
 /// Compute jack lengths from poses, or poses from jack lengths.
 ///
-/// Tables are CSV. With a header the columns are found by their names and others are passed over, so that what one of
-/// the two commands prints is what the other reads; without one a row is six numbers. A bad row ends the command with
-/// its line number, after the rows before it.
+/// Tables are CSV. In a table with a header the columns are found by their names, and other columns are passed over, so
+/// that each of the two commands reads what the other prints. Without a header a row is six numbers. A bad row ends the
+/// command with its line number, after the rows before it.
 #[derive(Args)]
 pub struct Kinematics {
     #[command(subcommand)]
@@ -45,13 +45,14 @@ pub struct Kinematics {
 
 #[derive(Subcommand)]
 enum Task {
-    Legs(Legs),
+    #[command(alias = "legs")]
+    Jacks(Jacks),
     Pose(Poses),
 }
 
-/// Print the jack lengths l1 to l6 (hinge to hinge, m) of poses; whether they lie inside the stroke is not asked.
+/// Print the jack lengths l1 to l6 (hinge to hinge, m) of poses. The limits of the stroke are not checked.
 #[derive(Args)]
-struct Legs {
+struct Jacks {
     #[command(flatten)]
     base: Base,
     /// Table of poses x,y,z,roll,pitch,yaw (m, rad); - reads standard input
@@ -63,20 +64,21 @@ struct Legs {
 
 /// Print the poses that have given jack lengths.
 ///
-/// Printed are x,y,z,roll,pitch,yaw (m, rad), residual (the greatest difference between a length asked for and that of
-/// the pose, m), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores, each from
-/// the pose before it or, where that is far away, from home; in blocks of 1024 rows, the first of each from home.
+/// The columns are x,y,z,roll,pitch,yaw (m, rad), residual (the greatest difference between a given length and that of the
+/// pose, m), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores in blocks of 1024.
+/// The first row of a block is solved from home, every other row from the pose before it or, where that is far away, from
+/// home.
 #[derive(Args)]
 struct Poses {
     #[command(flatten)]
     base: Base,
     /// Table of jack lengths l1 to l6 (hinge to hinge, m); - reads standard input
-    #[arg(long, value_name = "FILE")]
-    legs: PathBuf,
+    #[arg(long, alias = "legs", value_name = "FILE")]
+    jacks: PathBuf,
     #[command(flatten)]
     writing: Writing,
-    /// Start the first row at this pose, on whatever assembly branch it is, and every other row at the pose before; a
-    /// row that is a jump away from the one before is solved from home
+    /// Solve the first row from this pose, on the assembly branch of this pose, and every other row from the pose before
+    /// it; after a jump a row is solved from home
     #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", value_parser = table::six, allow_hyphen_values = true)]
     seed: Option<[f64; 6]>,
 }
@@ -105,11 +107,11 @@ impl Kinematics {
     /// Files that cannot be used, rows that are not six finite numbers, and lengths that no pose has.
     pub fn run(self) -> anyhow::Result<()> {
         let result = match self.task {
-            Task::Legs(command) => command.run(),
+            Task::Jacks(command) => command.run(),
             Task::Pose(command) => command.run(),
         };
         match result {
-            // Whoever reads the table has seen enough of it.
+            // The reader of the table has closed it, and has seen enough.
             Err(error) if is_closed_pipe(&error) => Ok(()),
             result => result,
         }
@@ -122,7 +124,7 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-impl Legs {
+impl Jacks {
     fn run(self) -> anyhow::Result<()> {
         let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
         let (columns, lines) = table::open(&self.poses, &POSE)?;
@@ -136,7 +138,7 @@ impl Legs {
             table::write(line, &lengths);
             Ok(())
         };
-        rows::by_blocks(&LEGS.join(","), lines, cores(), output(), || (), answer)
+        rows::by_blocks(&JACKS.join(","), lines, cores(), output(), || (), answer)
     }
 }
 
@@ -151,7 +153,7 @@ fn output() -> impl Write {
 impl Poses {
     fn run(self) -> anyhow::Result<()> {
         let geometry = GeometryFile::load(&self.base.geometry)?.geometry;
-        let (columns, lines) = table::open(&self.legs, &LEGS)?;
+        let (columns, lines) = table::open(&self.jacks, &JACKS)?;
         let printed = Printed {
             solver: &Solver::new(&geometry, Options::default()),
             convention: self.writing.convention,
@@ -286,7 +288,7 @@ mod tests {
     /// Jack lengths of a movement of `rows` rows with a gap, as a table.
     fn movement(solver: &Solver<f64>, rows: usize) -> String {
         let geometry = solver.geometry();
-        let mut text = LEGS.join(",") + "\n";
+        let mut text = JACKS.join(",") + "\n";
         for row in 0..rows {
             let time_s = row as f64 * 1e-3 + if row > 1500 { 0.4 } else { 0.0 };
             let swing = |phase: f64| 0.1 * (6.0 * time_s + phase).sin();
@@ -306,7 +308,7 @@ mod tests {
 
     fn printed(solver: &Solver<f64>, text: &str, threads: usize) -> (String, anyhow::Result<()>) {
         let reader = Box::new(io::Cursor::new(text.to_owned()));
-        let (columns, lines) = table::parse("legs.csv".to_owned(), reader, None, &LEGS).unwrap();
+        let (columns, lines) = table::parse("jacks.csv".to_owned(), reader, None, &JACKS).unwrap();
         let mut output = Vec::new();
         let printed = Printed {
             solver,
@@ -354,7 +356,7 @@ mod tests {
             let said = result.unwrap_err().to_string();
             assert_eq!(
                 said,
-                "legs.csv, line 3457: \"nothing\" is not a finite number"
+                "jacks.csv, line 3457: \"nothing\" is not a finite number"
             );
             assert_eq!(
                 output.lines().count(),

@@ -1,10 +1,10 @@
 //! A table printed row by row: each row of the input gives a row of the output, in the same order.
 //!
-//! Rows are taken in blocks of a fixed number. A row may need what was found for the row before it in its block, but
-//! nothing of another block; so blocks are answered on all cores, and the output does not depend on how many there
-//! are. Each round of blocks is read, answered and printed before the next is read, so that a table of any length takes
-//! the memory of one round. At the first bad row printing ends, after the rows before it. Long tables have a progress
-//! bar, where standard error is a terminal.
+//! Rows are taken in blocks of a fixed number. A row may need the result of the row before it in its block, but nothing of
+//! another block. So blocks are solved on all cores, and the output does not depend on the number of cores. Each round of
+//! blocks is read, solved and printed before the next round is read, so a table of any length takes the memory of one
+//! round. Printing ends at the first bad row, after the rows before it. A long table has a progress bar when standard error
+//! is a terminal.
 
 use std::io::Write;
 use std::panic::resume_unwind;
@@ -19,7 +19,7 @@ use crate::files::FileError;
 const BLOCK: usize = 1024;
 /// Blocks of a round for each thread.
 const BLOCKS: usize = 8;
-/// A table with fewer bytes is done before a bar could be read.
+/// A table with fewer bytes is done too soon for a bar.
 const LONG: u64 = 2_000_000;
 
 /// Prints `header` and what `answer` appends for each row; blocks are answered on so many `threads`. Whatever `start`
@@ -90,7 +90,7 @@ struct Block {
     text: String,
     /// Size of the rows in their table, bytes.
     size: u64,
-    /// Why the rows end before their time.
+    /// Why the rows end early.
     error: Option<FileError>,
 }
 

@@ -1,7 +1,7 @@
 //! Tables of numbers as CSV: six columns are read, by the names in the header or, without a header, by their order.
 //!
 //! A first row in which no cell is a number is a header. Empty lines are passed over, but counted. Lines are read as
-//! they are needed, so that a table of any length takes little memory.
+//! they are needed, so a table of any length takes little memory.
 
 use std::fmt::{Display, Write};
 use std::fs::File;
@@ -13,7 +13,7 @@ use crate::files::FileError;
 /// Longest line of a table, bytes; six numbers and what stands beside them are far shorter.
 const MAX_LINE: u64 = 65_536;
 
-/// Where in a row the six columns are that are wanted.
+/// The places of the six wanted columns in a row.
 pub struct Columns {
     file: String,
     places: [usize; 6],
@@ -38,7 +38,7 @@ pub struct Lines {
 pub struct Row {
     /// Number of the line, from 1.
     line: usize,
-    /// The line, or why there is none.
+    /// The line, or why it cannot be read.
     text: Result<String, String>,
 }
 

@@ -31,10 +31,10 @@ pub const PEND_SV: usize = 14;
 /// SysTick.
 pub const SYS_TICK: usize = 15;
 
-/// Priority of code that no exception runs: beneath every exception.
+/// Priority of code outside of exceptions: beneath every exception.
 pub const THREAD_PRIORITY: i32 = 256;
 
-/// The core's masks, which live in the processor model.
+/// The core's masks, which are in the processor model.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Masks {
     /// PRIMASK.
@@ -116,7 +116,7 @@ impl Nvic {
         self.pending |= 1 << exception;
     }
 
-    /// Whether an enabled exception is pending that is more urgent than what runs, leaving masks aside.
+    /// Whether an enabled exception with a higher priority than the running code is pending, without regard to masks.
     pub fn may_preempt(&self) -> bool {
         self.pending & self.enabled != 0
             && self
@@ -129,7 +129,7 @@ impl Nvic {
         self.pending != 0
     }
 
-    /// The exception that must be taken now, if any.
+    /// The exception that the core must take now, if any.
     pub fn to_take(&self, masks: Masks) -> Option<usize> {
         if self.pending & self.enabled == 0 {
             return None;
@@ -138,7 +138,7 @@ impl Nvic {
         (group < self.masked_priority(masks)).then_some(exception)
     }
 
-    /// The priority below which an exception must be to be taken: the running one's, boosted by the masks.
+    /// The priority that an exception must exceed to be taken: the running one's, boosted by the masks.
     pub fn masked_priority(&self, masks: Masks) -> i32 {
         let mut priority = self.running_priority;
         if masks.basepri != 0 {
@@ -153,19 +153,20 @@ impl Nvic {
         priority
     }
 
-    /// Whether a fault exception of this number can be taken at the current priority, or escalates to HardFault.
+    /// Whether a fault exception of this number can be taken at the current priority; otherwise it escalates to
+    /// HardFault.
     pub fn can_take_fault(&self, fault: usize, masks: Masks) -> bool {
         bit128(self.enabled, fault) && self.group_priority(fault) < self.masked_priority(masks)
     }
 
-    /// An exception is entered.
+    /// Enters an exception.
     pub fn activate(&mut self, exception: usize) {
         self.pending &= !(1 << exception);
         self.active |= 1 << exception;
         self.recompute_running();
     }
 
-    /// An exception is returned from.
+    /// Returns from an exception.
     pub fn deactivate(&mut self, exception: usize) {
         self.active &= !(1 << exception);
         self.pending |= self.lines & (1 << exception);
@@ -187,7 +188,7 @@ impl Nvic {
         self.running_priority
     }
 
-    /// The exception that runs: the most urgent active one.
+    /// The running exception: the most urgent active one.
     pub fn vect_active(&self) -> u32 {
         (0..EXCEPTIONS)
             .filter(|&exception| bit128(self.active, exception))
@@ -230,7 +231,7 @@ impl Nvic {
         self.fpdscr
     }
 
-    /// Adds fault status: bits of CFSR, and where they concern an address, MMFAR or BFAR.
+    /// Adds fault status: bits of CFSR, and the address in MMFAR or BFAR if there is one.
     pub fn note_fault(&mut self, cfsr: u32, address: Option<u32>) {
         self.cfsr |= cfsr;
         if let Some(address) = address {

@@ -88,7 +88,7 @@ impl Nvic {
             0x100..=0x10C => self.enabled |= interrupts(0x100),
             0x180..=0x18C => self.enabled &= !interrupts(0x180),
             0x200..=0x20C => self.pending |= interrupts(0x200),
-            // A pending state that a high line made comes back at once.
+            // A pending state from a high line returns at once.
             0x280..=0x28C => self.pending &= !(interrupts(0x280) & !(self.lines & !self.active)),
             0xD04 => self.write_icsr(value),
             0xD08 => self.vtor = value & 0xFFFF_FF80,

@@ -1,0 +1,131 @@
+//! The recorder against a fake board: what its sinks get.
+
+mod fake;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+
+use fake::FakeBoard;
+use fake::line::Line;
+use fake::source::Still;
+use hexsense_client::Client;
+use hexsense_core::sampling::BlockSize;
+use hexsense_core::wire::StreamContent;
+use hexsense_core::wire::telemetry::Block;
+use hexsense_probe::capture::Gap;
+use hexsense_probe::files::FileError;
+use hexsense_probe::interrupt::Interrupt;
+use hexsense_probe::record::RecordError;
+use hexsense_probe::record::board::Streaming;
+use hexsense_probe::record::recorder::Recorder;
+use hexsense_probe::record::sink::{Notes, Recorded, Sink};
+
+/// What a sink got; blocks by their first scans, from the first block on.
+#[derive(Debug, PartialEq)]
+enum Got {
+    Begin(Notes),
+    Block(u64),
+    Gap(Gap),
+    End(Recorded),
+}
+
+#[derive(Clone, Default)]
+struct Log(Rc<RefCell<Vec<Got>>>);
+
+impl Log {
+    fn note(&self, got: Got) -> Result<(), FileError> {
+        self.0.borrow_mut().push(got);
+        Ok(())
+    }
+}
+
+impl Sink for Log {
+    fn begin(&mut self, notes: &Notes) -> Result<(), FileError> {
+        self.note(Got::Begin(notes.clone()))
+    }
+
+    fn block(&mut self, block: &Block) -> Result<(), FileError> {
+        self.note(Got::Block(block.header.first_scan))
+    }
+
+    fn gap(&mut self, gap: Gap) -> Result<(), FileError> {
+        self.note(Got::Gap(gap))
+    }
+
+    fn end(&mut self, recorded: &Recorded) -> Result<(), FileError> {
+        self.note(Got::End(recorded.clone()))
+    }
+}
+
+const STREAMING: Streaming = Streaming {
+    rate_hz: 1_000,
+    block: BlockSize::Sixteen,
+    content: StreamContent {
+        counts: true,
+        values: false,
+        pose: false,
+    },
+};
+
+#[test]
+fn every_sink_gets_the_notes_the_blocks_the_gap_and_the_end_in_order() {
+    let board = Arc::new(Mutex::new(FakeBoard::new(Box::new(Still))));
+    let mut client = Client::connect(Line::to(&board)).unwrap();
+    let interrupt = Interrupt::default();
+    let mut recorder = Recorder::start(&mut client, STREAMING, &interrupt).unwrap();
+    let sinks = [Log::default(), Log::default()];
+    let boxed = sinks.clone().map(|sink| Box::new(sink) as Box<dyn Sink>);
+    recorder.begin(boxed.into()).unwrap();
+    let first = recorder.next_block().unwrap().header.first_scan;
+    recorder.begin_again().unwrap();
+    let block = |number: u64| first + 16 * number;
+    recorder.next_block().unwrap();
+    let next = block(2) / 16 + 1;
+    board.lock().unwrap().lose_blocks = next..next + 2;
+    recorder.next_block().unwrap();
+    assert_eq!(recorder.next_scan(), block(5));
+    let notes = recorder.notes().clone();
+    let recorded = recorder.end().unwrap();
+
+    let gap = Gap {
+        first_scan: block(2),
+        scans: 32,
+    };
+    let expected = Recorded {
+        scans: 32,
+        lost: 32,
+        gaps: vec![gap],
+    };
+    assert_eq!(recorded, expected);
+    for Log(got) in sinks {
+        let order = [
+            Got::Begin(notes.clone()),
+            Got::Block(first),
+            Got::Begin(notes.clone()),
+            Got::Block(block(1)),
+            Got::Gap(gap),
+            Got::Block(block(4)),
+            Got::End(recorded.clone()),
+        ];
+        assert_eq!(*got.borrow(), order);
+    }
+}
+
+#[test]
+fn a_request_to_stop_and_a_restart_end_the_recording() {
+    let board = Arc::new(Mutex::new(FakeBoard::new(Box::new(Still))));
+    let mut client = Client::connect(Line::to(&board)).unwrap();
+    let interrupt = Interrupt::default();
+    let mut recorder = Recorder::start(&mut client, STREAMING, &interrupt).unwrap();
+    for _ in 0..3 {
+        recorder.next_block().unwrap();
+    }
+    board.lock().unwrap().switch_on();
+    recorder.client().stream(STREAMING.content).unwrap();
+    let error = recorder.next_block().unwrap_err();
+    assert!(matches!(error, RecordError::Restarted { .. }), "{error}");
+    interrupt.raise();
+    let error = recorder.next_block().unwrap_err();
+    assert!(matches!(error, RecordError::Interrupted(_)), "{error}");
+}

@@ -1,0 +1,75 @@
+//! Injected faults of the bus: stalls, the end of the power, a crystal that stops.
+
+use super::map::Unit;
+use super::{Bus, fill};
+use crate::injection::Served;
+use crate::peripherals::rcc::Source;
+use crate::peripherals::{Cycles, dmamux::request};
+
+/// The end of each stall.
+#[derive(Debug, Default)]
+pub(super) struct Stalls {
+    converter_dma: Cycles,
+    receiver_dma: Cycles,
+    transmitter_dma: Cycles,
+    pub(super) triggers: Cycles,
+}
+
+impl Stalls {
+    /// Whether a stall holds back a DMA request at `now`.
+    pub(super) fn hold(&self, number: u8, now: Cycles) -> bool {
+        let until = match number {
+            request::LPUART1_RX => self.receiver_dma,
+            request::LPUART1_TX => self.transmitter_dma,
+            _ if request::ADC.contains(&number) => self.converter_dma,
+            _ => 0,
+        };
+        now < until
+    }
+}
+
+impl Bus {
+    /// DMA does not serve `of` for this duration, µs.
+    pub fn stall_dma(&mut self, of: Served, duration_us: u64) {
+        let end = self.later(duration_us);
+        match of {
+            Served::Converters => self.stalls.converter_dma = end,
+            Served::Receiver => self.stalls.receiver_dma = end,
+            Served::Transmitter => self.stalls.transmitter_dma = end,
+        }
+        self.expect_end_of_stall(end);
+    }
+
+    /// No flash operation ends within this duration, µs.
+    pub fn stall_flash(&mut self, duration_us: u64) {
+        let end = self.later(duration_us);
+        self.flash.hold_up(end);
+        self.refresh(Unit::Flash);
+    }
+
+    /// The converters miss all triggers for this duration, µs.
+    pub fn stall_triggers(&mut self, duration_us: u64) {
+        self.stalls.triggers = self.later(duration_us);
+    }
+
+    /// The crystal never starts again; true if the core ran on it.
+    pub fn stop_crystal(&mut self) -> bool {
+        self.rcc.stop_crystal();
+        self.clocks.source == Source::Crystal
+    }
+
+    /// The power goes: a flash operation under way is cut short.
+    pub fn cut_power(&mut self) -> std::io::Result<()> {
+        self.flash.reset(&mut self.flash_memory)
+    }
+
+    /// The SRAM was without power.
+    pub fn lose_ram(&mut self) {
+        fill(&mut self.ram, &mut self.ram_noise);
+    }
+
+    fn later(&self, duration_us: u64) -> Cycles {
+        let end_s = self.now_s() + duration_us as f64 * 1e-6;
+        self.timebase.cycles(end_s)
+    }
+}
