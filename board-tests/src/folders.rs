@@ -12,7 +12,7 @@ use anyhow::Context;
 pub fn emptied(name: &str) -> anyhow::Result<PathBuf> {
     let folder = workspace().join("target/board-tests").join(name);
     empty(&folder)?;
-    Ok(folder)
+    Ok(folder.canonicalize()?)
 }
 
 /// Makes a folder, or empties it where it is.

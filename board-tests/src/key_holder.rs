@@ -1,4 +1,4 @@
-//! The key holder's side: changes of what the board keeps, and the account that it gives of them.
+//! The key holder: changes of what the board keeps, and the board's account of them.
 
 use anyhow::{bail, ensure};
 use hexsense_core::authority;
@@ -15,7 +15,7 @@ use crate::trial_set::Random;
 /// Time of the first change, s since 1970; each later one is a minute after the one before.
 const DATE: u64 = 1_790_000_000;
 
-/// What the board says of what it keeps.
+/// The board's own account of what it keeps.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Account {
     /// Whether it has a key.
@@ -44,8 +44,8 @@ impl Account {
         })
     }
 
-    /// What an auditor would find wrong: counters that do not rise by one from 1, an entry that does not follow from the
-    /// one before it, an active set that the last entry does not name or the history does not have.
+    /// The first thing that an auditor would find wrong: counters that do not rise by one from 1, an entry that does not
+    /// follow from the entry before it, an active set that the last entry does not name or the history does not have.
     pub fn audit(&self) -> Result<(), String> {
         let mut active = None;
         for (entry, counter) in self.log.iter().zip(1..) {
@@ -126,7 +126,7 @@ impl Act {
     }
 }
 
-/// Somebody with a key.
+/// The holder of a key.
 #[derive(Clone)]
 pub struct KeyHolder {
     /// The key.
@@ -219,8 +219,8 @@ impl KeyHolder {
     }
 }
 
-/// Uploads coefficients drawn from `random`, to a board that gets its key first when it has none; returns them with the key
-/// holder.
+/// Uploads coefficients drawn from `random`. A board without a key gets one first. Returns the key holder and the
+/// coefficients.
 ///
 /// # Errors
 /// When the board refuses.

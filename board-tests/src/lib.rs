@@ -12,7 +12,7 @@
 //! The board, for these and for the tests:
 //!
 //! - [`programs`]: where the built programs are; [`process`] runs them.
-//! - [`power`]: one way to switch the virtual board on. On it stand [`bench`], a board that is spoken to frame by frame,
+//! - [`power`]: one way to switch the virtual board on. On it stand [`mod@bench`], a board that is spoken to frame by frame,
 //!   and [`virtual_bench`], a board with twin and host tool.
 //! - [`line`](mod@line): the serial line to the board, over the frames of [`hexsense_client`].
 //! - [`key_holder`]: changes of what the board keeps; [`trial_set`] draws coefficients.

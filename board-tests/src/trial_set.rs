@@ -1,4 +1,4 @@
-//! Sets of coefficients to try a board with: any numbers, for a base of round ones.
+//! Coefficients to try a board with: random numbers, for a base with round dimensions.
 
 use hexsense_core::channel::Triad;
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};

@@ -1,4 +1,4 @@
-//! The virtual bench: twin, board and host tool, started and spoken to as a user would.
+//! The virtual bench: twin, board and host tool, started and used as a user does it.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

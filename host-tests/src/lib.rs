@@ -1,7 +1,7 @@
 //! Support of several host tests: whole campaigns without a chip, and figures.
 //!
 //! - [`accuracy`] measures the accuracy of the harmonic estimator.
-//! - [`bench`] lets the twin move and reads its voltages the way the board does, so that a campaign takes a second and
+//! - [`mod@bench`] lets the twin move and reads its voltages the way the board does, so that a campaign takes a second and
 //!   a statistic over many seeds is possible. The firmware itself is tested on the virtual board.
 //! - [`coverage`] is that statistic: are the stated uncertainties right?
 //! - [`nor_flash`] is a flash memory whose power can be cut at any operation, and [`sets`] are stored in it; both come

@@ -74,25 +74,15 @@ macro_rules! sized {
             values: &mut [Values; $scans],
             state: &mut State,
         ) {
-            let State {
-                sums,
-                analyser,
-                step,
-            } = state;
-            prepared.block(scans, values, &mut sums.inertial);
-            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
+            prepared.block(scans, values, &mut state.sums.inertial);
+            state.take_inertial();
         }
 
         #[unsafe(no_mangle)]
         #[inline(never)]
         fn $sums(scans: &[[u16; INERTIAL]; $scans], state: &mut State) {
-            let State {
-                sums,
-                analyser,
-                step,
-            } = state;
-            add_up(scans, &mut sums.inertial);
-            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
+            add_up(scans, &mut state.sums.inertial);
+            state.take_inertial();
         }
 
         #[unsafe(no_mangle)]
@@ -104,15 +94,10 @@ macro_rules! sized {
             values: &mut [Values; $scans],
             state: &mut State,
         ) {
-            let State {
-                sums,
-                analyser,
-                step,
-            } = state;
-            prepared.block(scans, values, &mut sums.inertial);
-            add_up(jacks, &mut sums.jacks);
-            analyser.take_inertial(sums.first_scan, &sums.inertial, step);
-            analyser.take_jacks(step, &sums.jacks);
+            prepared.block(scans, values, &mut state.sums.inertial);
+            add_up(jacks, &mut state.sums.jacks);
+            state.take_inertial();
+            state.analyser.take_jacks(&state.step, &state.sums.jacks);
         }
     };
 }
@@ -145,6 +130,16 @@ impl State {
         analyser: Analyser::new(),
         step: Step::NONE,
     };
+
+    #[inline(always)]
+    fn take_inertial(&mut self) {
+        let Self {
+            sums,
+            analyser,
+            step,
+        } = self;
+        analyser.take_inertial(sums.first_scan, &sums.inertial, step);
+    }
 }
 
 struct Memory {

@@ -8,27 +8,44 @@ use anyhow::Context;
 use crate::build::{self, Part, cargo};
 
 /// The flags of a command, which the called program knows.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct Flags {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     flags: Vec<OsString>,
 }
 
+impl Flags {
+    /// Whether the command is asked for its help: nothing needs to be built for that.
+    fn ask_for_help(&self) -> bool {
+        self.flags
+            .iter()
+            .any(|flag| flag == "--help" || flag == "-h")
+    }
+}
+
 /// A command of `board-tests`, for which these parts are built.
-pub fn board_tests(parts: &[Part], command: &[&str]) -> anyhow::Result<Command> {
-    on_the_board(parts, &[], command)
+pub fn board_tests(parts: &[Part], command: &[&str], flags: &Flags) -> anyhow::Result<Command> {
+    on_the_board(parts, &[], command, flags)
 }
 
 /// The same for a command that drives no host tool: none is built.
-pub fn board_alone(parts: &[Part], command: &[&str]) -> anyhow::Result<Command> {
-    on_the_board(parts, &["--no-default-features"], command)
+pub fn board_alone(parts: &[Part], command: &[&str], flags: &Flags) -> anyhow::Result<Command> {
+    on_the_board(parts, &["--no-default-features"], command, flags)
 }
 
-fn on_the_board(parts: &[Part], options: &[&str], command: &[&str]) -> anyhow::Result<Command> {
-    build::build(parts)?;
+fn on_the_board(
+    parts: &[Part],
+    options: &[&str],
+    command: &[&str],
+    flags: &Flags,
+) -> anyhow::Result<Command> {
+    if !flags.ask_for_help() {
+        build::build(parts)?;
+    }
     let mut call = run("board-tests", "board-tests");
     build::name(parts, &mut call)?;
     call.args(options).arg("--").args(command);
+    call.args(&flags.flags);
     Ok(call)
 }
 
@@ -43,9 +60,9 @@ pub fn tests_on_the_board(file: &str) -> anyhow::Result<Command> {
 }
 
 /// A program of `host-tests`, built with optimisation.
-pub fn host_tests(program: &str) -> Command {
+pub fn host_tests(program: &str, flags: &Flags) -> Command {
     let mut call = run("host-tests", program);
-    call.args(["--release", "--"]);
+    call.args(["--release", "--"]).args(&flags.flags);
     call
 }
 
@@ -55,9 +72,9 @@ fn run(package: &str, program: &str) -> Command {
     run
 }
 
-/// Runs a call with these flags and ends as it does: it has told what is wrong.
-pub fn finish(mut call: Command, flags: &Flags) -> anyhow::Result<()> {
-    let status = call.args(&flags.flags).status();
+/// Runs a call and ends as it does: it has told what is wrong.
+pub fn finish(mut call: Command) -> anyhow::Result<()> {
+    let status = call.status();
     let status = status.with_context(|| format!("cannot start {call:?}"))?;
     std::process::exit(status.code().unwrap_or(1));
 }

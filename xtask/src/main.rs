@@ -6,7 +6,7 @@
 //! - [`build`]: the parts of the product, built and named in the environment.
 //! - [`call`]: the programs that commands call, in `board-tests` and `host-tests`.
 //! - [`fuzz`]: the fuzz targets under cargo-fuzz.
-//! - [`test`]: everything that must be green, in its order.
+//! - [`mod@test`]: everything that must be green, in its order.
 #![forbid(unsafe_code)]
 
 mod build;
@@ -70,20 +70,20 @@ enum Bench {
 }
 
 fn main() -> anyhow::Result<()> {
-    let (call, flags) = match Arguments::parse().task {
-        Task::Demo(flags) => (board_tests(&Part::BENCH, &["demo"])?, flags),
-        Task::Coverage(flags) => (host_tests("coverage"), flags),
-        Task::Accuracy(flags) => (host_tests("accuracy"), flags),
-        Task::Bench(Bench::Kinematics(flags)) => (host_tests("speed"), flags),
+    let call = match Arguments::parse().task {
+        Task::Demo(flags) => board_tests(&Part::BENCH, &["demo"], &flags)?,
+        Task::Coverage(flags) => host_tests("coverage", &flags),
+        Task::Accuracy(flags) => host_tests("accuracy", &flags),
+        Task::Bench(Bench::Kinematics(flags)) => host_tests("speed", &flags),
         Task::Bench(Bench::SamplePath(flags)) => {
             let parts = [Part::SamplePathBench, Part::VirtualBoard];
-            (board_alone(&parts, &["bench", "sample-path"])?, flags)
+            board_alone(&parts, &["bench", "sample-path"], &flags)?
         }
-        Task::Size(flags) => (board_alone(&[Part::Firmware], &["size"])?, flags),
-        Task::Timing(flags) => (board_alone(&Part::COUNTED, &["timing"])?, flags),
-        Task::Faults(flags) => (board_tests(&Part::FAULTS, &["faults"])?, flags),
+        Task::Size(flags) => board_alone(&[Part::Firmware], &["size"], &flags)?,
+        Task::Timing(flags) => board_alone(&Part::COUNTED, &["timing"], &flags)?,
+        Task::Faults(flags) => board_tests(&Part::FAULTS, &["faults"], &flags)?,
         Task::Fuzz(arguments) => return fuzz::run(&arguments),
         Task::Test(arguments) => return test::run(&arguments),
     };
-    call::finish(call, &flags)
+    call::finish(call)
 }

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::build::{Part, cargo, checked};
-use crate::call::{board_tests, host_tests, tests_on_the_board};
+use crate::call::{Flags, board_tests, host_tests, tests_on_the_board};
 use crate::fuzz;
 use crate::setup;
 
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.all {
         checks.on_the_board("faults", &Part::FAULTS, &["faults"]);
         for program in ["accuracy", "coverage"] {
-            checks.run(program, &mut host_tests(program));
+            checks.run(program, &mut host_tests(program, &Flags::default()));
         }
         let short = fuzz::Arguments {
             runs: SMOKE,
@@ -61,13 +61,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     checks.report()
 }
 
-/// The documentation of every crate that is a part of another.
+/// The documentation of every library; the host tool's program has the name of the firmware's library.
 fn documentation() -> Command {
     let mut doc = cargo("doc");
-    for package in ["hexsense-core", "hexsense-client", "board-tests"] {
-        doc.args(["--package", package]);
-    }
-    doc.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
+    doc.args(["--workspace", "--lib", "--no-deps"]);
+    doc.env("RUSTDOCFLAGS", "-D warnings");
     doc
 }
 
@@ -98,7 +96,7 @@ impl Checks {
     /// A command of `board-tests`.
     fn on_the_board(&mut self, name: &'static str, parts: &[Part], command: &[&str]) {
         eprintln!("\n=== {name}");
-        let call = board_tests(parts, command);
+        let call = board_tests(parts, command, &Flags::default());
         self.add(name, call.and_then(|mut call| checked(&mut call)));
     }
 

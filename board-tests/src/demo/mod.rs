@@ -1,12 +1,12 @@
-//! The whole story on the virtual bench.
+//! A whole calibration on the virtual bench.
 //!
-//! The real firmware boots on the virtual board and gets its key, the twin is driven through the method, the coefficients are
-//! uploaded, the power is cut and comes back, and a movement that nothing was fitted to judges them.
+//! The real firmware starts on the virtual board and gets its key. The twin is driven along the movements of the method. The
+//! coefficients are uploaded, the power is cut and comes back, and a movement that no coefficient was fitted to judges them.
 //!
-//! - [`story`]: the programs and their order; everything through the commands that a user types.
-//! - [`alignment`]: where a capture lies in the twin's time.
-//! - [`judgement`]: the only place where estimate and truth meet.
-//! - [`document`]: what is printed, as JSON or as tables.
+//! - `story`: the programs and their order; every step is a command that a user types.
+//! - `alignment`: where a capture lies in the twin's time.
+//! - `judgement`: the only place where estimate and truth meet.
+//! - `document`: what is printed, as JSON or as tables.
 
 mod alignment;
 mod document;

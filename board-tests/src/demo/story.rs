@@ -11,7 +11,7 @@ use crate::virtual_bench::VirtualBench;
 /// From the start of the campaign to the start of the verification, s: longer than a campaign takes.
 pub const VERIFY_AFTER_S: u64 = 600;
 
-/// What is there when the story is over.
+/// What the demo leaves.
 pub struct Told {
     /// The campaign's folder.
     pub campaign: PathBuf,

@@ -1,4 +1,4 @@
-//! Only the key holder changes coefficients: whatever comes without the right tag changes nothing.
+//! Only the key holder changes coefficients: a request without the right tag changes nothing.
 
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ struct Trial {
     key_holder: KeyHolder,
     set: CoefficientSet,
     random: Random,
-    /// What the board keeps, and must go on to.
+    /// What the board keeps; no trial may change it.
     account: Account,
     outcome: Outcome,
 }
@@ -70,7 +70,7 @@ impl Trial {
         })
     }
 
-    /// All that can be asked for; each is refused as long as there is no key.
+    /// All changes that can be asked for; the board refuses each while it has no key.
     fn acts(&self) -> anyhow::Result<[change::Act; 3]> {
         let mut room = [0; MAX_ENCODED];
         Ok([
@@ -95,7 +95,7 @@ impl Trial {
         self.unchanged(&mut board.line)
     }
 
-    /// Gives the board key and set; the requests of that, as somebody on the line would record them.
+    /// Gives the board key and set; returns the requests as an eavesdropper on the line would record them.
     fn provision(&mut self) -> anyhow::Result<Vec<Request>> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
@@ -119,8 +119,8 @@ impl Trial {
         Ok(recorded)
     }
 
-    /// What was recorded is sent again: to the running board, to one that has just started, and to one with an open
-    /// challenge.
+    /// The recorded requests are sent again: to the running board, to a board that has just started, and to a board with
+    /// an open challenge.
     fn replay(&mut self, recorded: &[Request]) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         for round in 0..3 {
@@ -138,7 +138,7 @@ impl Trial {
         self.unchanged(&mut board.line)
     }
 
-    /// A tag that is off by one bit, to a board that waits for nothing.
+    /// A tag with one wrong bit, to a board that has just started and so makes nobody wait.
     fn one_wrong_bit(&mut self, forgery: u64) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let acts = self.acts()?;
@@ -154,7 +154,7 @@ impl Trial {
         self.unchanged(&mut board.line)
     }
 
-    /// Somebody with a key of its own own, who would also give it to the board.
+    /// A stranger with another key, which the stranger also tries to give to the board.
     fn strangers_key(&mut self) -> anyhow::Result<()> {
         let mut stranger = KeyHolder::of(&mut self.bench.on(&[])?.line)?;
         stranger.key = Key([0x5A; 32]);
@@ -173,7 +173,7 @@ impl Trial {
         Ok(())
     }
 
-    /// Wrong tags one after another: each makes the board wait longer, for right ones too.
+    /// Wrong tags one after another: after each the board refuses all changes for a longer time.
     fn waits(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
@@ -200,7 +200,7 @@ impl Trial {
         self.unchanged(line)
     }
 
-    /// A challenge that is too old, one that has been used, and none.
+    /// A challenge that is too old, a challenge that has been used, and no challenge.
     fn expired_and_used(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
@@ -217,7 +217,7 @@ impl Trial {
         self.unchanged(line)
     }
 
-    /// The key holder cannot give the board the set of another.
+    /// The key holder cannot give the board the set of another board.
     fn other_boards_set(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;
@@ -235,7 +235,7 @@ impl Trial {
         self.unchanged(line)
     }
 
-    /// One bit of every piece of an upload is changed on the line: the digest under the tag does not fit.
+    /// One bit of a piece of an upload is changed on the line: the digest under the tag does not fit.
     fn changed_on_the_way(&mut self) -> anyhow::Result<()> {
         let mut board = self.bench.on(&[])?;
         let line = &mut board.line;

@@ -1,5 +1,5 @@
-//! Captures record gaps as gaps: each fault that costs scans leaves one gap in the file of `hexsense capture`, where it
-//! came, without a row in it, and the note beside the file names it.
+//! Captures record gaps as gaps: each fault that costs scans leaves one gap in the file of `hexsense capture`, at its place
+//! and without a row in it, and the note beside the file names the gap.
 
 use std::fs;
 use std::process::Command;
@@ -14,14 +14,14 @@ use crate::power::Power;
 use crate::process::checked;
 use crate::programs::Program;
 
-/// When the first fault comes, long after the capture has begun, and how far the next are apart.
+/// When the first fault comes, long after the capture has begun, and the time from one fault to the next.
 const FIRST_S: f64 = 2.0;
 const APART_S: f64 = 0.1;
 const RATE_HZ: u32 = 4_000;
-/// A fault spoils the block that is under way or the frame that is being sent, which may be two blocks older, scans.
+/// A fault spoils the current block or the frame that is being sent, which may be two blocks older, scans.
 const LATE: u64 = 48;
 
-/// Records while each kind of fault comes so many times; the outcome is a part of the promise `counted`.
+/// Records while each kind of fault comes `times` times; the outcome is a part of the promise `counted`.
 pub fn record(seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let kinds = [
         json!({"fault": "dma_stall", "of": "converters", "duration_us": 300}),

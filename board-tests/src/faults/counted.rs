@@ -1,5 +1,5 @@
-//! Every loss is counted and told: each fault appears in the counters of the status, exactly as often as it was injected,
-//! and what is missing from the stream is what the counters say.
+//! Every loss is counted: each fault appears in the counters of the status exactly as often as it is injected, and the scans
+//! that are missing from the stream are those that the counters name.
 
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ const ARCHIVE: &str = "0x08040000";
 /// A kind of fault, and the counter that must show it.
 struct Kind {
     name: &'static str,
-    /// The fault; none when the host makes it by what it asks.
+    /// The fault; `None` when the requests of the host are the fault.
     fault: Option<Value>,
     /// What the host sends around the fault.
     sends: Sends,
@@ -36,7 +36,7 @@ struct Kind {
 enum Sends {
     /// One request for the status.
     Status,
-    /// Zeros, that are no frames, for ten milliseconds.
+    /// Zeros for ten milliseconds. They make no frame.
     Zeros,
     /// More requests than the line can answer beside the stream.
     TooMuch,
@@ -130,7 +130,7 @@ fn kinds() -> Vec<Kind> {
     ]
 }
 
-/// Injects every kind so many times.
+/// Injects each kind of fault `times` times.
 pub fn inject(seed: u64, times: u32) -> anyhow::Result<Outcome> {
     let kinds = kinds();
     let mut outcome = Outcome::new("counted", 100.min(u64::from(times) * kinds.len() as u64));
@@ -149,7 +149,7 @@ pub fn inject(seed: u64, times: u32) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// One kind of fault `times` over.
+/// Injects one kind of fault `times` times.
 fn several(
     bench: &Bench,
     kind: &Kind,
@@ -197,7 +197,7 @@ fn several(
     Ok(())
 }
 
-/// What the host does around a fault at `at_s`.
+/// Sends what the host sends around a fault at `at_s`.
 fn provoke(board: &mut Board, sends: &Sends, at_s: f64) -> anyhow::Result<()> {
     let line = &mut board.line;
     let at = Duration::from_secs_f64(at_s);
@@ -224,7 +224,7 @@ fn provoke(board: &mut Board, sends: &Sends, at_s: f64) -> anyhow::Result<()> {
     line.run(Duration::from_millis(60))
 }
 
-/// The status after a last second in which nothing goes wrong.
+/// The status after a last time without faults.
 fn quiet(board: &mut Board, gaps: &mut Gaps) -> anyhow::Result<Status> {
     board.line.run(Duration::from_millis(200))?;
     let status = board.line.status()?;
@@ -236,7 +236,7 @@ fn quiet(board: &mut Board, gaps: &mut Gaps) -> anyhow::Result<Status> {
     Ok(status)
 }
 
-/// Resets of every cause in one life: each is counted, and so are the starts.
+/// Resets of every cause without a power cut between them: each reset and each start is counted.
 fn starts(bench: &Bench, outcome: &mut Outcome) -> anyhow::Result<()> {
     let kinds = [
         json!({"fault": "pin_reset"}),

@@ -1,33 +1,32 @@
-//! The sample counter as it arrives: which scans are missing, and what the stream itself says of them.
+//! Which scans are missing from a stream, and how the stream itself explains them.
 //!
-//! A frame that was damaged on the line shows in the numbers of the frames, a block that the link could not carry in the
-//! header's count of dropped blocks. What is missing beyond that was lost in the converters, and the board's status must
-//! say so.
+//! The numbers of the frames show a frame that was damaged on the line. The header's count of dropped blocks shows a block
+//! that the link could not carry. Other missing scans were lost in the converters, and the board's status must count them.
 
 use crate::line::Line;
 
 /// Most scans of a frame.
 const FRAME: u64 = hexsense_core::wire::telemetry::MAX_SCANS as u64;
 
-/// What is missing between the blocks that came.
+/// The scans that are missing between the blocks.
 #[derive(Debug, Default)]
 pub struct Gaps {
     /// Scan and frame that are due, and blocks dropped before.
     due: Option<(u64, u16, u32)>,
-    /// Scans that came.
+    /// Scans that arrived.
     pub scans: u64,
-    /// Scans that did not.
+    /// Scans that did not arrive.
     pub missing: u64,
     /// Frames that were lost on the line.
     pub frames: u64,
-    /// Blocks that the link dropped, by its own account.
+    /// Blocks that the link dropped, as the headers count them.
     pub dropped: u64,
-    /// Scans that came a second time, or back in time.
+    /// Scans that arrived twice or too late.
     pub repeated: u64,
 }
 
 impl Gaps {
-    /// Takes the blocks that have come.
+    /// Takes the blocks that have arrived.
     pub fn follow(&mut self, line: &mut Line) {
         for arrived in line.blocks.drain(..) {
             let (sequence, header) = (arrived.sequence, arrived.block.header);

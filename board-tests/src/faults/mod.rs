@@ -1,17 +1,17 @@
-//! The fault campaign: each promise of docs/guarantees.md against the faults that could break it, on the firmware's ELF
-//! on the virtual board.
+//! The fault campaign: for each promise of docs/guarantees.md, faults that could break it are injected into the firmware's
+//! ELF on the virtual board.
 //!
 //! | promise | what is injected |
 //! |---|---|
-//! | [`power_cut`] | the end of the power, at every flash operation of every change |
-//! | [`no_loss`] | changes of the coefficients while everything streams at 4 kHz |
-//! | [`counted`] | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and [`captures`] must show the gaps |
-//! | [`hostile`] | everything on the line that no host would send, singly and in floods |
-//! | [`recovery`] | resets, hangs, jumps into nothing, stack overflows; and the [`soak`], an hour of all of it |
-//! | [`authority`] | changes without the right tag |
+//! | `power_cut` | power cuts, at every flash operation of every change |
+//! | `no_loss` | changes of the coefficients while everything streams at 4 kHz |
+//! | `counted` | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and `captures` must show the gaps |
+//! | `hostile` | requests and bytes that no correct host sends, singly and in floods |
+//! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
+//! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //!
-//! [`gaps`] tells what is missing from a stream, [`outcome`] is the account of a promise.
+//! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
 mod authority;
 mod captures;
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The short form, as it is a part of `cargo xtask test`
+    /// The short form, which is a part of `cargo xtask test`
     #[arg(long)]
     short: bool,
     /// Try this promise only
@@ -66,7 +66,7 @@ const AT_ONCE: usize = 2;
 /// Runs the campaign.
 ///
 /// # Errors
-/// When anything was lost or too little was tried.
+/// When a promise is broken or too little was tried.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let size = if arguments.short {
@@ -188,7 +188,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
     ])
 }
 
-/// Carries trials out, two at a time, and adds up what they found about each promise.
+/// Carries trials out, two at a time, and adds up their outcomes for each promise.
 fn carry_out(trials: VecDeque<Trial>) -> Vec<Outcome> {
     let names: Vec<&str> = trials
         .iter()
@@ -222,7 +222,7 @@ fn carry_out(trials: VecDeque<Trial>) -> Vec<Outcome> {
         .collect()
 }
 
-/// What a trial found; one that breaks off has broken its promises.
+/// The outcomes of a trial; a trial that breaks off has broken its promises.
 fn try_out(trial: Trial) -> Vec<Outcome> {
     (trial.work)().unwrap_or_else(|error| {
         let broken = |promise: &&'static str| {

@@ -11,7 +11,7 @@ use crate::trial_set::Random;
 const ROLLBACK_EVERY: u64 = 3;
 const RESET_EVERY: u64 = 25;
 
-/// Makes so many changes while everything streams.
+/// Makes this number of changes while everything streams.
 pub fn stream_through(seed: u64, changes: u64) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::new("no_loss", 100.min(changes));
     let bench = Bench::new("faults/no-loss", seed)?;

@@ -1,4 +1,4 @@
-//! What came of a promise: how often a fault was injected, and what was lost over it.
+//! The account of a promise: how many faults were injected, and how much was lost.
 
 use anyhow::bail;
 use hexsense_core::wire::{Refusal, Request, Response};
@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::line::Line;
 
-/// Violations that are told in words; the others are only counted.
+/// Violations that are described; the others are only counted.
 const TOLD: usize = 5;
 
 /// The account of one promise.
@@ -57,7 +57,7 @@ impl Outcome {
         }
     }
 
-    /// Counts a loss unless the promise `held`; `what` says what should have been.
+    /// Counts a loss unless the promise `held`; `what` describes the violation.
     pub fn check(&mut self, held: bool, what: impl FnOnce() -> String) {
         self.lose(u64::from(!held), what);
     }
@@ -70,20 +70,19 @@ impl Outcome {
         self.lost += count;
     }
 
-    /// Something worth knowing about how it was done.
+    /// A figure about the trials that is worth knowing.
     pub fn figure(&mut self, name: &str, value: impl Into<Value>) {
         self.figures.insert(name.to_owned(), value.into());
     }
 
-    /// A trial that could not be carried out to its end is a loss too.
+    /// Counts a loss when the trial could not be carried out to its end.
     pub fn settle(&mut self, trial: anyhow::Result<()>) {
         if let Err(error) = trial {
             self.lose(1, || format!("{error:#}"));
         }
     }
 
-    /// Takes all that trials have `found` about a promise, added up; at least `minimum` faults more than theirs must be
-    /// injected.
+    /// Takes all outcomes of a promise out of `found` and adds them up; `minimum` is added to the faults that must be injected.
     pub fn of(promise: &'static str, minimum: u64, found: &mut Vec<Self>) -> Self {
         let mut whole = Self::new(promise, minimum);
         for outcome in found.extract_if(.., |outcome| outcome.promise == promise) {

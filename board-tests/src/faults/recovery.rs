@@ -1,5 +1,5 @@
-//! It comes back by itself: after any reset the board samples with its coefficients within 100 ms, and says why it was
-//! reset.
+//! The board comes back by itself: after any reset it samples with its coefficients within 100 ms, and it reports the cause
+//! of the reset.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::trial_set::Random;
 
 /// Within this time of a reset the board samples with its coefficients.
 const LIMIT_S: f64 = 0.1;
-/// The watchdog bites within a second, and a board that hangs is fed once more at most.
+/// The watchdog bites within a second, after it is fed at most once more.
 const MAX_HANG: Duration = Duration::from_millis(1_250);
 /// Exceptions by number: interrupts follow after 16 of the core's own.
 const SAMPLE_PATH: u32 = 16 + 11;
@@ -157,14 +157,14 @@ fn reset(bench: &Bench, way: &Way, at_s: f64, account: &Account) -> anyhow::Resu
     Ok(took_s)
 }
 
-/// From the reset, as the virtual board tells it, to the first block with coefficients, as the firmware tells it, s.
+/// Time from the reset, which the virtual board logs, to the first block with coefficients, which the firmware reports, s.
 fn first_block_s(bench: &Bench, board: &mut Board) -> anyhow::Result<f64> {
     let log = bench.log();
     let line = log.lines().rfind(|line| line.contains("board: reset:"));
     let at = line.and_then(|line| line.strip_prefix('[')?.split_once(']'));
     let (reset_s, _) = at.context("the board was never reset")?;
     let reset_s: f64 = reset_s.trim().parse()?;
-    // The reset cut a frame of the stream off, and takes the first answer with it.
+    // The reset cut off a frame of the stream, and the first answer is lost with it.
     let status = board.line.status().or_else(|_| board.line.status())?;
     let first_ms = status
         .first_with_set_ms

@@ -1,8 +1,8 @@
-//! The soak: at 4 kHz all channels stream for a virtual hour, while everything that can go wrong does so at random.
+//! The soak: at 4 kHz all channels stream for a virtual hour, while faults of all kinds come at random instants.
 //! Every scan that is missing must lie in a gap that the board announced.
 //!
-//! A board that was reset does not stream any more. The host notices, asks why, and begins again; what lies between is
-//! an announced gap. Within one life of the board [`Gaps`] and the status account for every scan.
+//! A board that was reset no longer streams. The host notices this, asks for the reason and starts the stream again; the
+//! scans between are an announced gap. From one reset to the next, [`Gaps`] and the status account for every scan.
 
 use std::time::Duration;
 
@@ -30,7 +30,7 @@ const MAX_HANG: Duration = Duration::from_millis(1_300);
 /// An upload in so many looks.
 const UPLOAD_EVERY: u64 = 40;
 
-/// Runs for so many virtual seconds; the outcome is a part of the promise `recovery`.
+/// Runs for `virtual_s` seconds of virtual time; the outcome is a part of the promise `recovery`.
 pub fn soak(seed: u64, virtual_s: u64) -> anyhow::Result<Outcome> {
     let bench = Bench::new("faults/soak", seed)?;
     let mut random = Random(seed as u32 | 1);
@@ -112,13 +112,13 @@ struct Soak {
     key_holder: KeyHolder,
     random: Random,
     outcome: Outcome,
-    /// Of the board's present life.
+    /// The gaps since the board's last reset.
     gaps: Gaps,
-    /// When that began.
+    /// When the board started after it.
     born: Duration,
-    /// Scans that the board had lost in it when the stream began.
+    /// Scans that the board had lost since then when the stream began.
     lost: u64,
-    /// Scans of it that are known to be unexplained.
+    /// Unexplained scans since then that are counted already.
     unexplained: u64,
     lives: u64,
     scans: u64,
@@ -126,7 +126,7 @@ struct Soak {
 }
 
 impl Soak {
-    /// Begins to stream. What the line does to a request must not end the soak.
+    /// Starts the stream. A fault on the line may hit the request, so it is sent again.
     fn begin(&mut self, line: &mut Line) -> anyhow::Result<()> {
         line.stream_everything()
             .or_else(|_| line.stream_everything())?;
@@ -150,14 +150,14 @@ impl Soak {
         }
         if look.is_multiple_of(UPLOAD_EVERY) {
             let set = self.random.set(self.key_holder.board);
-            // A fault may hit it; whether the board keeps its word about sets is another promise.
+            // A fault may hit the upload; whether the board keeps its sets then is another promise.
             let _ = self.key_holder.carry_out(line, &Act::Upload(Box::new(set)));
         }
         self.compare(line)
     }
 
-    /// Asks how the board is; without an answer, which the line may have spoilt, the next look asks again. What comes
-    /// with the answer may be newer than it, and is not looked at before the next.
+    /// Asks for the status. When a fault on the line spoils the answer, the next look asks again. Blocks that arrive with the
+    /// answer may be newer than it; the next look takes them.
     fn compare(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let Some(status) = line.status_within(SILENCE)? else {
             return Ok(());
@@ -179,7 +179,7 @@ impl Soak {
         Ok(())
     }
 
-    /// The stream has stopped: either it goes on by itself, or the board was reset and says so.
+    /// The stream has stopped: it goes on by itself, or the board reports a reset.
     fn find_out(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let until = line.now() + MAX_HANG;
         while line.now() < until {
@@ -201,7 +201,7 @@ impl Soak {
         self.live_on(line)
     }
 
-    /// A board that has its set back must have sampled with it in time.
+    /// A board with an active set must have sampled with it in time.
     fn restarted(&mut self, line: &mut Line) -> anyhow::Result<()> {
         line.run(Duration::from_millis(STARTED_MS))?;
         let set = line.ask(&Request::ActiveSet);
@@ -220,7 +220,7 @@ impl Soak {
         self.live_on(line)
     }
 
-    /// Closes the account of one life of the board and begins the next.
+    /// Adds up the scans up to a reset, and starts the stream after it.
     fn live_on(&mut self, line: &mut Line) -> anyhow::Result<()> {
         self.scans += self.gaps.scans;
         self.announced += self.gaps.missing;
@@ -228,7 +228,7 @@ impl Soak {
     }
 }
 
-/// When a board started that has this status now.
+/// When the board started, by its status.
 fn born(line: &Line, status: &Status) -> Duration {
     line.now()
         .saturating_sub(Duration::from_millis(status.uptime_ms))

@@ -1,4 +1,4 @@
-//! Everything that is lost is counted, with its time, and told in the status.
+//! Every loss is counted, and the status tells its time.
 
 use hexsense_core::wire::status::{EventCount, Events};
 use hexsense_core::wire::{Kind, MAX_FRAME, Request, frame};
@@ -20,7 +20,7 @@ fn events_after(name: &str, mut fault: Value) -> anyhow::Result<Events> {
     run_until_s(line, FAULT_S - 0.1)?;
     assert_eq!(line.status()?.events, Events::NONE, "{name}");
     run_until_s(line, FAULT_S)?;
-    // Something to receive and to send for whatever disturbs that.
+    // Faults of receiver and transmitter need something to receive and to send.
     for _ in 0..4 {
         line.send(&Request::ActiveSet)?;
         line.run_s(0.05)?;

@@ -1,4 +1,4 @@
-//! After any reset the board samples with its coefficients at once, and says why it was reset and what it lost.
+//! After any reset the board samples with its coefficients at once, and it reports the cause and the losses.
 
 use std::time::Duration;
 
@@ -232,7 +232,7 @@ fn a_part_that_hangs_is_bitten_by_the_watchdog() -> anyhow::Result<()> {
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn a_link_that_waits_for_its_transmitter_is_bitten_by_the_watchdog() -> anyhow::Result<()> {
-    // Sampling and storage are well meanwhile.
+    // Sampling and storage still work.
     let fault = json!({"fault": "dma_stall", "of": "transmitter", "duration_us": STALL_US});
     after("no-transmitter", fault, 3.0)?.assert_bitten("link", STALL_S + LIMIT_S);
     Ok(())
@@ -241,7 +241,7 @@ fn a_link_that_waits_for_its_transmitter_is_bitten_by_the_watchdog() -> anyhow::
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn a_storage_that_waits_for_its_flash_is_bitten_by_the_watchdog() -> anyhow::Result<()> {
-    // Sampling and link are well meanwhile: the board answers until it is bitten.
+    // Sampling and link still work: the board answers until the watchdog bites.
     let fault = json!({"fault": "flash_stall", "duration_us": 9_000_000});
     let mut board = with_set("no-end-of-erasure", fault)?;
     let line = &mut board.line;
@@ -256,7 +256,7 @@ fn a_storage_that_waits_for_its_flash_is_bitten_by_the_watchdog() -> anyhow::Res
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn converters_that_no_new_start_helps_are_bitten_by_the_watchdog() -> anyhow::Result<()> {
-    // Link and storage are well meanwhile.
+    // Link and storage still work.
     let fault = json!({"fault": "trigger_stall", "duration_us": STALL_US});
     after("no-triggers", fault, 3.0)?.assert_bitten("converters", STALL_S + LIMIT_S);
     Ok(())

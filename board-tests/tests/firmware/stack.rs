@@ -9,7 +9,7 @@ use hexsense_core::wire::{Drive, Request, Response};
 
 use crate::{on, random};
 
-/// Largest share of the stack that may be in use, the worst nesting of interrupts not among it by luck.
+/// Largest share of the stack that may be in use; the worst nesting of interrupts may not happen in this test.
 const MAX_SHARE: f64 = 0.75;
 
 #[test]
@@ -32,7 +32,7 @@ fn a_quarter_of_the_stack_is_never_used() -> anyhow::Result<()> {
     let stack = line.status()?.stack;
     println!("stack: {stack:?}");
     assert_eq!(stack.size, 28 * 1024);
-    // Tasks alone need more than nothing: the paint is there and is looked for where the stack is.
+    // The tasks need some stack: the paint is there, and the firmware looks for it in the right place.
     assert!(stack.deepest > 1_000, "{stack:?}");
     let share = f64::from(stack.deepest) / f64::from(stack.size);
     assert!(share <= MAX_SHARE, "{stack:?}");

@@ -1,4 +1,4 @@
-//! The stream: whole at every block and rate that the link carries, and its values those of its counts.
+//! The stream is whole at every block and rate that the link carries, and its values are those of its counts.
 
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ fn streamed_values_are_those_of_the_streamed_counts_bit_for_bit_at_every_block()
         let before = line.status()?.scans_lost;
         line.order(&Request::Block(block))?;
         let lost = line.status()?.scans_lost - before;
-        // A pause of some milliseconds, and what had not filled a block.
+        // A pause of some milliseconds, and the scans of a block that was not full.
         assert!(lost < 40, "{lost} scans were lost");
         line.run_s(0.05)?;
         line.blocks.clear();

@@ -1,5 +1,5 @@
-//! The board's sums, bit for bit those of a replay of the counts that it streamed; and what it solves from them, bit for
-//! bit what the host does.
+//! The board's sums equal those of a replay of its streamed counts, bit for bit. The harmonics that the board solves from them
+//! equal the host's, bit for bit.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ fn capture(line: &Line) -> BTreeMap<u64, Scan> {
         .collect()
 }
 
-/// Every channel of an analyser that is complete, against the replay.
+/// Compares every channel of a complete analyser with the replay.
 fn assert_replay(line: &mut Line, analyser: u8, drive: Drive) -> anyhow::Result<()> {
     let scans = capture(line);
     let mut host = Analyser::new();
@@ -182,7 +182,7 @@ fn fifty_hertz_is_estimated_at_every_rate_while_counts_stream() -> anyhow::Resul
     Ok(())
 }
 
-/// What the board solves from its sums, against what the host does: the same bits.
+/// Compares the harmonics that the board solves from its sums with the host's: the same bits.
 fn assert_fits(line: &mut Line, analyser: u8, rate_hz: u32) -> anyhow::Result<()> {
     for channel in 0..CHANNELS as u8 {
         let report = line.ask(&Request::Sums { analyser, channel })?;
@@ -213,7 +213,7 @@ fn assert_fits(line: &mut Line, analyser: u8, rate_hz: u32) -> anyhow::Result<()
     Ok(())
 }
 
-/// Two million blocks are gone through in slices: the board says that it is busy, streams on, and answers in the end.
+/// The board goes through a long window in slices: it says that it is busy, streams on, and answers in the end.
 #[test]
 #[ignore = "needs the firmware and the virtual board"]
 fn a_long_window_is_solved_while_the_board_goes_on() -> anyhow::Result<()> {

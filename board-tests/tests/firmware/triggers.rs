@@ -1,4 +1,4 @@
-//! The sampling instants do not know what else the board does.
+//! The sampling instants do not depend on what else the board does.
 
 use board_tests::key_holder::calibrate;
 use hexsense_core::sampling::BlockSize;

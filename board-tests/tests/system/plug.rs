@@ -1,5 +1,5 @@
-//! The plug is pulled in runs and in an upload: the host tool says so in time, nothing is half, the campaign goes on by
-//! itself or from its folder, and the upload can be repeated.
+//! The plug is pulled in runs and in an upload: the host tool reports it in time, no file and no set is half written, the
+//! campaign goes on by itself or from its folder, and the upload can be repeated.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -27,8 +27,8 @@ fn plug_pulled_in_runs_and_in_an_upload() -> anyhow::Result<()> {
     pulled_in_an_upload(&bench, &twin).context("the plug pulled in an upload")
 }
 
-/// A board that stays away is reported, at once or after the time that was said, and the campaign goes on from its
-/// folder; one that comes back is waited for, and the campaign goes on by itself.
+/// When the board stays away, the host tool reports it at once or after the time that the user gave, and the campaign goes
+/// on from its folder. When the board comes back, the campaign goes on by itself.
 fn pulled_in_runs(bench: &VirtualBench, twin: &Beside) -> anyhow::Result<()> {
     let captures = bench.campaign().join("captures");
     let board = bench.board(twin)?;

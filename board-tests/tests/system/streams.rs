@@ -1,5 +1,5 @@
-//! Streams at every rate, recorded by the host tool: no scan is missing, values are those that the counts give, and what the
-//! link cannot carry is refused.
+//! The host tool records streams at every rate: no scan is missing, values are those that the counts give, and a stream that
+//! the link cannot carry is refused.
 
 use std::process::Command;
 
@@ -72,8 +72,8 @@ fn streams_at_every_rate() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Largest difference between a factor of the board and the fitted gain, which the cross terms of the matrix and the
-/// servos' own frequency make.
+/// Largest difference between a factor of the board and the fitted gain; the cross terms of the matrix and the dynamics of
+/// the servos make it.
 const FACTOR_OFF: f64 = 0.05;
 
 /// The board's own harmonics of the run that was recorded last, and its calibration factors beside the fitted gains.
@@ -90,7 +90,7 @@ fn factors(bench: &VirtualBench, board: &Beside) -> anyhow::Result<()> {
         let channel = NAMES.iter().position(|name| factor["channel"] == *name);
         let channel = channel.with_context(|| format!("no such channel: {factor}"))?;
         let (triad, axis) = (channel / 3, channel % 3);
-        // What an accelerometer feels of a rotation is the lever arm's and gravity's.
+        // In a rotation an accelerometer feels gravity and the lever arm.
         if triad == 0 {
             continue;
         }

@@ -10,7 +10,7 @@ use anyhow::{Context, ensure};
 /// Within this time the host tool must say what happened.
 pub const WITHIN: Duration = Duration::from_secs(5);
 
-/// A running command whose standard error is listened to.
+/// A running command, and the lines of its standard error.
 pub struct Told {
     child: Child,
     lines: Receiver<String>,

@@ -1,4 +1,4 @@
-//! What no host would ask for: requests whose values are impossible, and sets that are none.
+//! Requests whose values are impossible, and sets that no board may keep.
 
 use hexsense_core::channel::Triad;
 use hexsense_core::harmonics::Drive;

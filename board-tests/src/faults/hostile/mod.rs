@@ -1,10 +1,10 @@
-//! No input can crash or wedge the board: whatever comes on the line gets a typed refusal or none, no tick is lost, and
-//! the next good request works.
+//! No input can crash or block the board: it answers bad input with a typed refusal or not at all, loses no scan, and
+//! answers the next good request.
 //!
 //! - requests whose values are impossible, each with the refusal that it must get;
-//! - uploads that lie about their length, come out of order, or carry what is no set;
-//! - frames that are cut, doubled, of a wrong kind, or no frames at all;
-//! - minutes of that at line rate.
+//! - uploads of a wrong length, out of order, or of bytes that are not a set;
+//! - frames that are cut, doubled or of a wrong kind, and bytes that are not frames;
+//! - minutes of these at line rate.
 
 mod impossible;
 
@@ -31,7 +31,7 @@ const CHUNK_BYTES: usize = BYTES_PER_S as usize / 100;
 /// After a flood the board has answered everything within this time.
 const CALM: Duration = Duration::from_millis(500);
 
-/// Sends everything bad once, then floods the line for so many virtual seconds with each kind of it.
+/// Sends each bad input once, then floods the line for `flood_s` virtual seconds with each kind.
 pub fn attack(seed: u64, flood_s: u64) -> anyhow::Result<Outcome> {
     let bench = Bench::new("faults/hostile", seed)?;
     let mut board = bench.on(&[])?;
@@ -81,7 +81,7 @@ enum Flood {
 struct Attack {
     key_holder: KeyHolder,
     random: Random,
-    /// What the board keeps, and must go on to.
+    /// What the board keeps; no input may change it.
     account: Account,
     /// Scans that were lost before.
     scans_lost: u64,
