@@ -9,7 +9,7 @@ use hexsense_core::wire::telemetry::SUPPLY_HZ;
 use twin::sheet;
 
 use crate::board::{Board, bits, conversion_noise, sensor_density};
-use crate::page::{README, agree, data_sheet, number, says, table, yes};
+use crate::page::{WIRING, agree, data_sheet, number, says, table, yes};
 
 #[test]
 fn a_scan_fits_each_period_and_its_pause_is_short() {
@@ -49,7 +49,8 @@ fn the_sampling_time_is_the_longest_that_fits_and_allows_the_resistor() {
             if chosen {
                 let allowed = number(row[2]);
                 assert!(
-                    README.contains("1 kΩ and 1 µF, film or C0G. The resistor must not be larger")
+                    WIRING.contains("1 kΩ and 1 µF (film or C0G) in front of each pin")
+                        && WIRING.contains("The resistor must not be larger")
                         && 1_000.0 < allowed
                 );
             }

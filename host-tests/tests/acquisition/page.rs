@@ -1,6 +1,6 @@
 //! The tables of the page.
 
-pub const README: &str = include_str!("../../../README.md");
+pub const WIRING: &str = include_str!("../../../docs/using.md");
 const PAGE: &str = include_str!("../../../docs/acquisition.md");
 
 /// The rows of a table of the page, without its head.

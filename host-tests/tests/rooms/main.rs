@@ -26,13 +26,29 @@ use source::Source;
 
 /// Pairs of files of one folder that may import each other: two halves of one type. The text of one of the two modules
 /// says so too.
-const HALVES: &[(&str, Halves)] = &[(
-    "core/src",
-    Halves {
-        files: ["storage/mod.rs", "storage/upload.rs"],
-        reason: "the storage keeps the upload under way, and an upload is a series of the storage's commands",
-    },
-)];
+const HALVES: &[(&str, Halves)] = &[
+    (
+        "core/src",
+        Halves {
+            files: ["storage/mod.rs", "storage/upload.rs"],
+            reason: "the storage keeps the upload under way, and an upload is a series of its commands",
+        },
+    ),
+    (
+        "virtual-board/src",
+        Halves {
+            files: ["bus/mod.rs", "bus/events.rs"],
+            reason: "the bus keeps the peripherals, and its events are theirs in time",
+        },
+    ),
+    (
+        "virtual-board/src",
+        Halves {
+            files: ["bus/mod.rs", "bus/injected.rs"],
+            reason: "the bus keeps the injected stalls, which act on its peripherals",
+        },
+    ),
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

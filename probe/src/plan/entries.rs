@@ -4,8 +4,34 @@ use hexsense_core::excitation::ramps::MAX_LEVELS;
 use hexsense_core::excitation::{DegreeOfFreedom, RampShape, Ramps, Sine};
 use serde::{Deserialize, Serialize};
 
-use super::MAX_S;
 use crate::files::{self, FileError};
+
+/// Longest run, s.
+pub(super) const MAX_S: f64 = 1800.0;
+
+/// What a run is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Purpose {
+    /// Coefficients are fitted to it: a rest, or one degree of freedom.
+    Calibrate,
+    /// Coefficients are judged by it; nothing is fitted to it.
+    Verify,
+    /// The motion system is measured by it, see [`crate::characteristics`]; nothing is fitted to it.
+    Characterise,
+}
+
+impl Purpose {
+    /// As a plan writes it, which is also the command that records such a run.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Calibrate => "calibrate",
+            Self::Verify => "verify",
+            Self::Characterise => "characterise",
+        }
+    }
+}
 
 /// Ramps and holds of one degree of freedom; see [`Ramps`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

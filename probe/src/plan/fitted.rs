@@ -4,7 +4,8 @@
 //! one degree of freedom in a run. A run of any other kind would be recorded and then left out, so a plan may
 //! have it to verify or to characterise only.
 
-use super::{Freedom, Purpose, Run};
+use super::entries::{Freedom, Purpose};
+use super::run::Run;
 use crate::files::FileError;
 
 /// Refuses a run that calibrates without a use, and a run that an `earlier` run makes superfluous.

@@ -24,8 +24,7 @@ use hexsense_core::excitation::multisine::{MAX_LINES, Timing, shared};
 use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 use serde::{Deserialize, Serialize};
 
-use super::MAX_S;
-use super::entries::{Freedom, in_unit};
+use super::entries::{Freedom, MAX_S, in_unit};
 use crate::files::{self, FileError};
 
 /// Highest frequency of a line, Hz, as that of a sine.

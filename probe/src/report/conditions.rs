@@ -2,8 +2,8 @@
 
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
-use super::page::{Page, row};
-use super::{ReportInput, base, code, held_out};
+use super::page::{Page, code, row};
+use super::{ReportInput, base, held_out};
 use crate::analysis::AnalysisError;
 use crate::date::utc;
 use crate::figure::markup::text;

@@ -97,3 +97,8 @@ pub fn row<'a>(cells: impl IntoIterator<Item = (&'a str, String)>) -> String {
     }
     row + "</tr>\n"
 }
+
+/// Digits that are read one by one.
+pub(super) fn code(content: &str) -> String {
+    format!("<code>{}</code>", text(content))
+}

@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-use super::MID_LENGTH_TOLERANCE_M;
+/// How far from mid-length a jack may be at a home height that was not given, m.
+pub(super) const MID_LENGTH_TOLERANCE_M: f64 = 0.001;
 
 /// Why a geometry file cannot be used. The caller adds the name of the file.
 #[derive(Debug, Error)]

@@ -17,6 +17,7 @@
 mod error;
 
 pub use error::GeometryError;
+use error::MID_LENGTH_TOLERANCE_M;
 
 use crate::algebra::{Rotation, Vec3};
 use crate::mechanism::{Mechanism, Pose};
@@ -25,8 +26,6 @@ use serde::Deserialize;
 
 /// 1σ of a hinge coordinate where the file does not say, m.
 const DEFAULT_HINGE_TOLERANCE_M: f64 = 0.0005;
-/// How far from mid-length a jack may be at a home height that was not given, m.
-const MID_LENGTH_TOLERANCE_M: f64 = 0.001;
 /// No motion base is larger than this, m; a file beyond it is in other units.
 const MAX_COORDINATE_M: f64 = 100.0;
 

@@ -1,7 +1,7 @@
 //! Events in order of time, and their effects: triggers, DMA transfers, interrupt lines.
 //!
 //! Every peripheral with a sense of time has a deadline. The bus carries out the earliest event at its own instant,
-//! then the next, until no event is due.
+//! then the next, until no event is due. This file and `mod.rs` are two halves of [`Bus`].
 
 use super::map::{ADC_INTERRUPTS, DMA_INTERRUPTS, EXTI_INTERRUPTS, TIMERS, Unit};
 use super::{Bus, map};

@@ -1,4 +1,5 @@
-//! Injected faults of the bus: stalls, the end of the power, a crystal that stops.
+//! Injected faults of the bus: stalls, the end of the power, a crystal that stops. This file and `mod.rs` are two halves of
+//! [`Bus`].
 
 use super::map::Unit;
 use super::{Bus, fill};
