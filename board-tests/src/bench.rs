@@ -30,9 +30,6 @@ pub struct Bench {
 
 impl Bench {
     /// An erased chip, in an emptied folder of this name.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub fn new(name: &str, seed: u64) -> anyhow::Result<Self> {
         Ok(Self {
             folder: folders::emptied(name)?,
@@ -41,9 +38,6 @@ impl Bench {
     }
 
     /// Another board with what this one has in flash, in an emptied folder of this name.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub fn copy(&self, name: &str) -> anyhow::Result<Self> {
         let copy = Self::new(name, 0)?;
         copy.seed.set(self.seed.get() + (1 << 20));
@@ -52,9 +46,6 @@ impl Bench {
     }
 
     /// Switches the board on, with these faults to come, and lets it start.
-    ///
-    /// # Errors
-    /// When the virtual board does not start, or loses its power at once.
     pub fn on(&self, faults: &[Value]) -> anyhow::Result<Board> {
         Board::connect(self.start(&Power {
             faults,
@@ -63,9 +54,6 @@ impl Bench {
     }
 
     /// Switches the board on, lets it start, and counts the calls of these functions.
-    ///
-    /// # Errors
-    /// Those of [`Bench::on`].
     pub fn on_counting(&self, count: &[&str]) -> anyhow::Result<Board> {
         Board::connect(self.start(&Power {
             count,
@@ -74,9 +62,6 @@ impl Bench {
     }
 
     /// Switches the board on, with the next seed; its time stands still until a host connects.
-    ///
-    /// # Errors
-    /// When the virtual board does not start.
     pub fn start(&self, power: &Power) -> anyhow::Result<Beside> {
         power::forget_log(&self.folder);
         let seed = self.seed.get();
@@ -101,9 +86,6 @@ impl Bench {
     }
 
     /// Keeps a copy of the flash memory under this name.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub fn keep(&self, name: &str) -> anyhow::Result<()> {
         let copy = self.folder.join(name);
         folders::empty(&copy)?;
@@ -111,9 +93,6 @@ impl Bench {
     }
 
     /// Makes the flash memory what it was when it was kept under this name.
-    ///
-    /// # Errors
-    /// What the file system says.
     pub fn restore(&self, name: &str) -> anyhow::Result<()> {
         copy_flash(&self.folder.join(name), &self.folder)
     }
@@ -146,9 +125,6 @@ impl Board {
     }
 
     /// Lets the host go away and returns what was counted until now.
-    ///
-    /// # Errors
-    /// When the virtual board counts nothing.
     pub fn leave(self) -> anyhow::Result<Counts> {
         let Self { line, mut process } = self;
         drop(line);

@@ -54,9 +54,6 @@ pub struct Counts {
 
 impl Counts {
     /// What a virtual board says when its host has gone away.
-    ///
-    /// # Errors
-    /// When it says nothing: it was not asked to count.
     pub fn read(board: &mut Beside) -> anyhow::Result<Self> {
         let said = board.said();
         let said = said.context("the virtual board counted nothing")?;
@@ -69,9 +66,6 @@ impl Counts {
     }
 
     /// Instructions of every call of the only function called `name`.
-    ///
-    /// # Errors
-    /// When `name` stands for no function or for several, it was never called, or its calls differ.
     pub fn fixed(&self, name: &str) -> anyhow::Result<u64> {
         let mut found = self.of(name);
         let count = found

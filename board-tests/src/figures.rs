@@ -8,9 +8,6 @@ pub trait Figures: Serialize {
     fn print_table(&self);
 
     /// Fails when they are not as they must be.
-    ///
-    /// # Errors
-    /// A sentence that names figure and limit.
     fn check(&self) -> anyhow::Result<()>;
 }
 
@@ -24,9 +21,6 @@ pub struct Print {
 
 impl Print {
     /// Prints figures, then judges them.
-    ///
-    /// # Errors
-    /// Those of [`Figures::check`].
     pub fn judged(self, figures: &impl Figures) -> anyhow::Result<()> {
         if self.json {
             println!("{}", serde_json::to_string_pretty(figures)?);

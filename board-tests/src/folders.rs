@@ -6,9 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 /// An empty folder of this name, in the target folder.
-///
-/// # Errors
-/// What the file system says.
 pub fn emptied(name: &str) -> anyhow::Result<PathBuf> {
     let folder = workspace().join("target/board-tests").join(name);
     empty(&folder)?;
@@ -16,9 +13,6 @@ pub fn emptied(name: &str) -> anyhow::Result<PathBuf> {
 }
 
 /// Makes a folder, or empties it where it is.
-///
-/// # Errors
-/// What the file system says.
 pub fn empty(folder: &Path) -> anyhow::Result<()> {
     let what = || format!("cannot make room in {}", folder.display());
     if folder.exists() {

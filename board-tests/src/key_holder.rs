@@ -221,9 +221,6 @@ impl KeyHolder {
 
 /// Uploads coefficients drawn from `random`. A board without a key gets one first. Returns the key holder and the
 /// coefficients.
-///
-/// # Errors
-/// When the board refuses.
 pub fn calibrate(
     line: &mut Line,
     random: &mut Random,

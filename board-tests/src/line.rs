@@ -44,9 +44,6 @@ pub struct ArrivedBlock {
 
 impl Line {
     /// Connects to a virtual board; its time stands still until something is asked of this line.
-    ///
-    /// # Errors
-    /// When nothing listens there.
     pub fn open(address: &str) -> anyhow::Result<Self> {
         Ok(Self {
             frames: FrameLine::open(address)?,
@@ -69,9 +66,6 @@ impl Line {
     }
 
     /// Lets the board run until this time since power-on.
-    ///
-    /// # Errors
-    /// When the board has lost its power; see [`is_gone`].
     pub fn run_until(&mut self, until: Duration) -> anyhow::Result<()> {
         while self.now() < until {
             self.receive(until - self.now())?;
@@ -80,41 +74,26 @@ impl Line {
     }
 
     /// Lets the board run for so long.
-    ///
-    /// # Errors
-    /// Those of [`Line::run_until`].
     pub fn run(&mut self, duration: Duration) -> anyhow::Result<()> {
         self.run_until(self.now() + duration)
     }
 
     /// Lets the board run for so many seconds.
-    ///
-    /// # Errors
-    /// Those of [`Line::run_until`].
     pub fn run_s(&mut self, seconds: f64) -> anyhow::Result<()> {
         self.run(Duration::from_secs_f64(seconds))
     }
 
     /// Sends bytes as they are; they leave when the board runs on.
-    ///
-    /// # Errors
-    /// Those of [`Line::run_until`].
     pub fn send_bytes(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
         Ok(self.frames.send_bytes(bytes)?)
     }
 
     /// Sends a request and returns its number.
-    ///
-    /// # Errors
-    /// Those of [`Line::run_until`].
     pub fn send(&mut self, request: &Request) -> anyhow::Result<u16> {
         Ok(self.frames.send(request)?)
     }
 
     /// Asks, and waits for the answer. A board that is busy is asked again.
-    ///
-    /// # Errors
-    /// When no answer comes within a second.
     pub fn ask(&mut self, request: &Request) -> anyhow::Result<Response> {
         let deadline = self.now() + ANSWER;
         loop {
@@ -126,9 +105,6 @@ impl Line {
     }
 
     /// Asks, and waits for the answer, which may be that the board is busy.
-    ///
-    /// # Errors
-    /// When no answer comes within a second.
     pub fn ask_once(&mut self, request: &Request) -> anyhow::Result<Response> {
         self.ask_until(request, self.now() + ANSWER)
     }
@@ -145,9 +121,6 @@ impl Line {
     }
 
     /// Asks for something that is simply done.
-    ///
-    /// # Errors
-    /// When the board refuses or does not answer.
     pub fn order(&mut self, request: &Request) -> anyhow::Result<()> {
         match self.ask(request)? {
             Response::Done => Ok(()),
@@ -156,9 +129,6 @@ impl Line {
     }
 
     /// How the board is.
-    ///
-    /// # Errors
-    /// When it does not answer.
     pub fn status(&mut self) -> anyhow::Result<Status> {
         match self.ask(&Request::Status)? {
             Response::Status(status) => Ok(status),
@@ -167,9 +137,6 @@ impl Line {
     }
 
     /// How the board is, if it answers within this time: it may be in a reset.
-    ///
-    /// # Errors
-    /// Those of [`Line::run_until`].
     pub fn status_within(&mut self, time: Duration) -> anyhow::Result<Option<Status>> {
         let sequence = self.send(&Request::Status)?;
         self.run(time)?;
@@ -180,9 +147,6 @@ impl Line {
     }
 
     /// Which board it is.
-    ///
-    /// # Errors
-    /// When it does not answer.
     pub fn identity(&mut self) -> anyhow::Result<Identity> {
         match self.ask(&Request::Identity)? {
             Response::Identity(identity) => Ok(identity),
@@ -191,9 +155,6 @@ impl Line {
     }
 
     /// Streams counts, and values and poses where they are wanted.
-    ///
-    /// # Errors
-    /// Those of [`Line::order`].
     pub fn stream(&mut self, values: bool, pose: bool) -> anyhow::Result<()> {
         self.order(&Request::Stream(StreamContent {
             counts: true,
@@ -203,9 +164,6 @@ impl Line {
     }
 
     /// Streams the counts of all channels at 4 kHz; blocks that came before are forgotten.
-    ///
-    /// # Errors
-    /// Those of [`Line::order`].
     pub fn stream_everything(&mut self) -> anyhow::Result<()> {
         self.order(&Request::Rate(4_000))?;
         self.blocks.clear();

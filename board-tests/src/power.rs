@@ -35,9 +35,6 @@ pub struct Power<'a> {
 impl Power<'_> {
     /// Switches the board on. Its flash memory and its log are files in `folder`; it says its address `link`, and its time
     /// stands still until a host connects. Dropping the value pulls the plug.
-    ///
-    /// # Errors
-    /// When the virtual board does not start; its log is in the message.
     pub fn on(&self, elf: Program, folder: &Path) -> anyhow::Result<Beside> {
         fs::create_dir_all(folder)?;
         let mut board = Command::new(Program::VirtualBoard.path()?);

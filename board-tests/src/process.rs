@@ -7,9 +7,6 @@ use anyhow::{Context, ensure};
 use serde_json::Value;
 
 /// Runs a command to its end with its output on standard error; fails when it fails.
-///
-/// # Errors
-/// When the command cannot be started or fails.
 pub fn checked(command: &mut Command) -> anyhow::Result<()> {
     command.stdin(Stdio::null()).stdout(std::io::stderr());
     let status = command.status();
@@ -19,9 +16,6 @@ pub fn checked(command: &mut Command) -> anyhow::Result<()> {
 }
 
 /// Runs a command to its end and returns what it printed; fails when it fails.
-///
-/// # Errors
-/// When the command cannot be started, fails or prints something that is no text.
 pub fn output(command: &mut Command) -> anyhow::Result<String> {
     command.stdin(Stdio::null()).stderr(Stdio::inherit());
     let output = command.output();
@@ -45,9 +39,6 @@ pub struct Beside {
 
 impl Beside {
     /// Starts a program that prints one line of JSON when it is ready.
-    ///
-    /// # Errors
-    /// When the program cannot be started or prints something else.
     pub fn start(command: &mut Command) -> anyhow::Result<Self> {
         command.stdin(Stdio::null()).stdout(Stdio::piped());
         let child = command.spawn();
@@ -65,9 +56,6 @@ impl Beside {
     }
 
     /// The next line of JSON that it prints.
-    ///
-    /// # Errors
-    /// When it ends or prints something else.
     pub fn said(&mut self) -> anyhow::Result<Value> {
         let mut line = String::new();
         self.stdout.read_line(&mut line)?;
@@ -75,9 +63,6 @@ impl Beside {
     }
 
     /// A text out of the line that it printed.
-    ///
-    /// # Errors
-    /// When the line has no such text.
     pub fn address(&self, key: &str) -> anyhow::Result<&str> {
         self.ready[key]
             .as_str()

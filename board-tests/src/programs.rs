@@ -33,9 +33,6 @@ impl Program {
     }
 
     /// Its file.
-    ///
-    /// # Errors
-    /// When the variable is not set.
     pub fn path(self) -> anyhow::Result<PathBuf> {
         let variable = self.variable();
         let path = std::env::var_os(variable).with_context(|| {

@@ -76,9 +76,6 @@ pub fn symbols() -> Vec<String> {
 }
 
 /// Runs the program.
-///
-/// # Errors
-/// When a part takes a time that depends on data.
 pub fn measure() -> anyhow::Result<SamplePath> {
     let symbols = symbols();
     let count: Vec<&str> = symbols.iter().map(String::as_str).chain(PEERS).collect();
@@ -87,9 +84,6 @@ pub fn measure() -> anyhow::Result<SamplePath> {
 }
 
 /// Runs the program until a line of its log begins with `last`; the calls of `count`, and the log.
-///
-/// # Errors
-/// When the program panics or takes too long.
 pub fn run(count: &[&str], last: &str) -> anyhow::Result<(Counts, Vec<String>)> {
     let folder = folders::emptied("sample-path")?;
     let power = Power {

@@ -48,9 +48,6 @@ pub struct Size {
 }
 
 /// Reads the firmware's ELF.
-///
-/// # Errors
-/// When the file is no ELF.
 pub fn measure() -> anyhow::Result<Size> {
     read(&Program::Firmware.path()?)
 }

@@ -38,9 +38,6 @@ pub struct Arguments {
 }
 
 /// Runs the demo and prints its result.
-///
-/// # Errors
-/// When a step fails or the result does not hold.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let folder = folder(arguments)?;

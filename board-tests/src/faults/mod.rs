@@ -64,9 +64,6 @@ const PROMISES: [&str; 7] = [
 const AT_ONCE: usize = 2;
 
 /// Runs the campaign.
-///
-/// # Errors
-/// When a promise is broken or too little was tried.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let size = if arguments.short {

@@ -22,9 +22,6 @@ use crate::sample_path;
 const SAMPLE_INTERRUPT: &str = "DMA1_CHANNEL1";
 
 /// Reads the sample path of the program that has it for every size of block, and the firmware's interrupt.
-///
-/// # Errors
-/// The list of what must not be there.
 pub fn check() -> anyhow::Result<()> {
     let symbols = sample_path::symbols();
     let portable = check_reached(&Program::SamplePathBench.path()?, &symbols)?;

@@ -103,9 +103,6 @@ pub struct Timing {
 }
 
 /// Counts.
-///
-/// # Errors
-/// When the board does not do what it is asked for, or a function was never called.
 pub fn measure() -> anyhow::Result<Timing> {
     let sums = sums()?;
     let pins = Pins::start()?;
