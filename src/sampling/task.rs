@@ -61,7 +61,7 @@ pub async fn sample(mut parts: pins::Acquisition, shared: &'static Shared) -> ! 
 
 /// Counts a fault, for the host.
 fn count(fault: Fault) {
-    let scans = path::with(|path| path.progress.scans);
+    let scans = path::with(|path| path.progress.scans());
     defmt::warn!("converters: {} after {} scans", fault, scans);
     counters::note(match fault {
         Fault::Overrun => |events| &mut events.overruns,
@@ -86,13 +86,13 @@ impl Start {
         let lost = before.map_or(0, |before| {
             let micros = (at - before.at).as_micros();
             let due = micros * u64::from(before.rate_hz) / 1_000_000;
-            due.saturating_sub(path::with(|path| path.next_scan()) - before.scan)
+            due.saturating_sub(path::with(|path| path.progress.next_scan) - before.scan)
         });
         path::begin(rate_hz, block, lost);
         Self {
             at,
             rate_hz,
-            scan: path::with(|path| path.next_scan()),
+            scan: path::with(|path| path.progress.next_scan),
         }
     }
 }
@@ -103,7 +103,7 @@ impl Start {
 /// can keep blocks from coming.
 async fn follow(shared: &Shared, conditions: &mut Conditions, answer_due: &mut bool) -> End {
     let Progress {
-        mut scans,
+        mut next_scan,
         rate_hz,
         block,
         ..
@@ -129,9 +129,9 @@ async fn follow(shared: &Shared, conditions: &mut Conditions, answer_due: &mut b
             Either4::Third(()) => conditions.install().await,
             Either4::Fourth(()) => {}
         }
-        let now = path::with(|path| path.progress.scans);
-        if now != scans {
-            scans = now;
+        let now = path::with(|path| path.progress.next_scan);
+        if now != next_scan {
+            next_scan = now;
             due = Instant::now() + patience;
             shared.alive.sampling.signal(());
             if core::mem::take(answer_due) {

@@ -34,14 +34,22 @@ pub struct Progress {
     pub rate_hz: u32,
     /// Scans of a block.
     pub block: BlockSize,
-    /// Scans taken.
-    pub scans: u64,
+    /// Scan counter of the next block: scans taken and scans lost.
+    pub next_scan: u64,
     /// Scans lost in the converters or their rings, or while those were started anew.
     pub lost: u64,
     /// Scan counter of the first that was lost.
     pub first_lost: Option<u64>,
     /// Blocks that the link had no room for.
     pub dropped: u32,
+}
+
+impl Progress {
+    /// Scans taken.
+    #[must_use]
+    pub const fn scans(&self) -> u64 {
+        self.next_scan - self.lost
+    }
 }
 
 /// Complete sums of one channel, and what belongs to them.
@@ -88,7 +96,7 @@ impl Path {
             progress: Progress {
                 rate_hz: 0,
                 block: BlockSize::One,
-                scans: 0,
+                next_scan: 0,
                 lost: 0,
                 first_lost: None,
                 dropped: 0,
@@ -114,19 +122,15 @@ impl Path {
         }
     }
 
-    /// Scan counter of the next block.
-    #[must_use]
-    #[inline(always)]
-    pub fn next_scan(&self) -> u64 {
-        self.progress.scans + self.progress.lost
-    }
-
     /// Begins a run after `lost` scans that were not taken; the analysers stop.
     pub fn begin(&mut self, facts: &BoardFacts, rate_hz: u32, block: BlockSize, lost: u64) {
         if lost > 0 {
-            self.progress.first_lost.get_or_insert(self.next_scan());
+            self.progress
+                .first_lost
+                .get_or_insert(self.progress.next_scan);
         }
         self.progress.lost += lost;
+        self.progress.next_scan += lost;
         (self.progress.rate_hz, self.progress.block) = (rate_hz, block);
         self.max_bits_per_s = facts.max_telemetry_bits_per_s();
         self.queue.restart(block);
@@ -212,7 +216,7 @@ impl Path {
     /// Takes the scans of a block: values, sums, and copies for the link.
     #[inline(always)]
     pub fn sample(&mut self, inertial: &[[u16; INERTIAL]], jacks: &[[u16; JACKS]]) {
-        let first_scan = self.next_scan();
+        let first_scan = self.progress.next_scan;
         let slot = self.queue.slot();
         sample_inertial(
             &self.prepared,
@@ -234,9 +238,9 @@ impl Path {
     /// Counts the block of [`Self::sample`] and hands it to the link; then asks `cycles` how long it took.
     #[inline(always)]
     pub fn finish(&mut self, cycles: impl FnOnce() -> u32) {
-        let kept = self.queue.close(self.next_scan(), self.wanted);
+        let kept = self.queue.close(self.progress.next_scan, self.wanted);
         self.progress.dropped += u32::from(self.wanted & !kept);
-        self.progress.scans += self.progress.block.scans() as u64;
+        self.progress.next_scan += self.progress.block.scans() as u64;
         let last = cycles();
         self.cycles = PathCycles {
             min: self.cycles.min.min(last),

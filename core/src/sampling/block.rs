@@ -100,17 +100,17 @@ pub fn add_up<const COLUMNS: usize>(scans: &[[u16; COLUMNS]], sums: &mut [u32; C
             let mut more = [0; COLUMNS];
             for block in others {
                 add_up_block(block, &mut more);
-                add(sums, more);
+                add(sums, &more);
             }
-            few.iter().for_each(|scan| add(sums, scan.map(u32::from)));
+            few.iter().for_each(|scan| add(sums, &scan.map(u32::from)));
         }
     }
 }
 
-fn add<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], more: [u32; COLUMNS]) {
+fn add<const COLUMNS: usize>(sums: &mut [u32; COLUMNS], more: &[u32; COLUMNS]) {
     sums.iter_mut()
         .zip(more)
-        .for_each(|(sum, more)| *sum += more);
+        .for_each(|(sum, more)| *sum += *more);
 }
 
 /// Sixteen scans, two counts at a time.

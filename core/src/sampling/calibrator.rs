@@ -164,7 +164,7 @@ impl Prepared {
         // Two scans in a turn: a turn costs a seventh of the work on a scan when the code is built for size.
         let (pairs, rest) = scans.as_chunks::<2>();
         let (value_pairs, value_rest) = values.as_chunks_mut::<2>();
-        for ([scan, next], [values, next_values]) in pairs.iter().zip(value_pairs) {
+        for ([values, next_values], [scan, next]) in value_pairs.iter_mut().zip(pairs) {
             triad.take::<FIRST>(scan, values, &mut totals);
             triad.take::<FIRST>(next, next_values, &mut totals);
         }

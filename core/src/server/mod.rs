@@ -272,7 +272,7 @@ impl<B: Board> Server<B> {
         Status {
             uptime_ms: health.uptime_ms,
             rate_hz: progress.rate_hz,
-            scans: progress.scans,
+            scans: progress.scans(),
             block: progress.block,
             first_lost_scan: progress.first_lost,
             events: Events {

@@ -194,7 +194,7 @@ impl FakeBoard {
 
     /// Counter of the next scan.
     pub fn scans(&self) -> u64 {
-        self.path().next_scan()
+        self.path().progress.next_scan
     }
 
     /// Takes bytes from the host; what the board answers.

@@ -79,7 +79,7 @@ impl Parts {
     /// Starts anew on what the flash has.
     pub fn start(&mut self) {
         self.uptime = Duration::ZERO;
-        self.path = Box::default();
+        *self.path = Path::default();
         self.begin(FACTS.rates_hz[0], BlockSize::default());
         self.storage = Storage::new(self.flash.clone(), FACTS.flash, self.uid);
         block_on(self.storage.load()).unwrap();
