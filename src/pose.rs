@@ -27,7 +27,12 @@ pub async fn find(shared: &'static Shared) -> ! {
         let block = shared.jacks.wait().await;
         let now = Instant::now();
         if let Some(base) = base.try_changed() {
-            active = base.map(|base| (base.set, Tracker::new(&base.base, &base.jacks)));
+            active = base.map(|base| {
+                (
+                    base.set,
+                    Tracker::new(&base.base, &base.jacks, base.ratiometric),
+                )
+            });
         }
         // Without a set nobody may ask for poses.
         let Some((set, tracker)) = &mut active else {

@@ -90,5 +90,6 @@ fn publish(
         set: active.set.id,
         base: active.content.base,
         jacks: active.content.jacks,
+        ratiometric: active.content.ratiometric,
     }));
 }

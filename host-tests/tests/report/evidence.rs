@@ -144,6 +144,7 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
         unix_s: 1_780_000_000,
         temperature_c: 27.2,
         provenance: [0xa5; 32],
+        ratiometric: Default::default(),
         triads: analysis.triads,
         base: MotionBase::new(&geometry.geometry),
         jacks: JackCoefficients {

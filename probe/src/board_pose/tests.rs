@@ -23,6 +23,7 @@ fn set() -> CoefficientSet {
         unix_s: 0,
         temperature_c: 30.0,
         provenance: [2; 32],
+        ratiometric: Default::default(),
         triads: [triad; 3],
         base: MotionBase::new(&geometry),
         jacks: JackCoefficients {
@@ -54,7 +55,7 @@ fn moving(set: &CoefficientSet) -> (Capture, Vec<PoseReport>) {
         }
         capture.counts.push(row);
     }
-    let mut board = Tracker::<f32>::new(&set.base, &set.jacks).unwrap();
+    let mut board = Tracker::<f32>::new(&set.base, &set.jacks, set.ratiometric).unwrap();
     let reports = (0..10).map(|index| {
         let scan = 5_000 + 16 * index;
         let outcome = board.next(&block(&capture, scan, BlockSize::default()).unwrap());

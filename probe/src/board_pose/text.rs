@@ -22,7 +22,7 @@ pub fn double(pose: &BoardPose) -> Pose<f64> {
 /// # Errors
 /// [`BaseError`].
 pub fn condition(pose: &BoardPose, set: &CoefficientSet) -> Result<f64, BaseError> {
-    let tracker = Tracker::<f64>::new(&set.base, &set.jacks)?;
+    let tracker = Tracker::<f64>::new(&set.base, &set.jacks, set.ratiometric)?;
     Ok(tracker.solver().condition(&double(pose)))
 }
 

@@ -264,6 +264,7 @@ mod tests {
             unix_s: 0,
             temperature_c: 30.0,
             provenance: [2; 32],
+            ratiometric: Default::default(),
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {

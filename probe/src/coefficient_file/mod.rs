@@ -159,6 +159,7 @@ mod tests {
             unix_s: 1_780_000_000,
             temperature_c: 31.7,
             provenance: [9; 32],
+            ratiometric: Default::default(),
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {

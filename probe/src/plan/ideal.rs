@@ -62,6 +62,7 @@ impl Ideal<'_> {
             },
             program,
             rate_hz: RATE_HZ,
+            ratiometric: self.sensors.ratiometric(),
         }
     }
 

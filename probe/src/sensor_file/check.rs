@@ -94,6 +94,7 @@ impl TriadSheet {
         check("full_scale", self.full_scale, 1e-3, 1e4)?;
         check("volts_per_unit", self.volts_per_unit.abs(), 1e-6, 1e3)?;
         check("zero_volts", self.zero_volts, 0.0, supply_v)?;
+        self.check_range(file, table, supply_v)?;
         check("gain_tolerance", self.gain_tolerance, 0.0, 0.5)?;
         check("bias_tolerance", self.bias_tolerance, 0.0, self.full_scale)?;
         check("noise_density", self.noise_density, 0.0, self.full_scale)?;
@@ -115,6 +116,30 @@ impl TriadSheet {
             }
         }
         Ok(())
+    }
+}
+
+impl TriadSheet {
+    /// Refuses a full scale whose output leaves the range of the converter.
+    fn check_range(&self, file: &str, table: &str, supply_v: f64) -> Result<(), FileError> {
+        let swing_v = self.full_scale * self.volts_per_unit.abs();
+        let room_v = self.zero_volts.min(supply_v - self.zero_volts);
+        // A full scale that ends at the rail exactly is right; its product is rounded.
+        if swing_v <= room_v + 1e-9 {
+            return Ok(());
+        }
+        Err(FileError::value(
+            file,
+            format!("{table}.full_scale"),
+            format!(
+                "{} with {} V per unit, ± {swing_v} V about {} V",
+                self.full_scale, self.volts_per_unit, self.zero_volts
+            ),
+            format!(
+                "the output at full scale must stay within the converter's 0 to {supply_v} V, ± {room_v} V about \
+                 zero_volts; check volts_per_unit first"
+            ),
+        ))
     }
 }
 

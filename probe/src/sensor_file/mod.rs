@@ -12,7 +12,7 @@ mod check;
 use std::path::Path;
 
 use hexsense_core::calibration::truth::Site;
-use hexsense_core::channel::{JACKS, Triad};
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Ratiometric, Triad};
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::kinematics::Geometry;
 use hexsense_core::transducers::Transducers;
@@ -98,6 +98,9 @@ pub struct TriadSheet {
     pub damping: [f64; 2],
     /// Misalignment of each sensor to its axis, standard deviation, degrees.
     pub misalignment_deg: f64,
+    /// Whether the output follows the supply of the converters, so that the supply factor does not act on it.
+    #[serde(default)]
+    pub ratiometric: bool,
 }
 
 /// Data sheet of the jack displacement transducers.
@@ -114,6 +117,9 @@ pub struct JackSheet {
     pub offset_tolerance_m: f64,
     /// Noise at 1 kHz, m rms.
     pub noise_rms_m: f64,
+    /// As [`TriadSheet::ratiometric`].
+    #[serde(default)]
+    pub ratiometric: bool,
 }
 
 /// Data sheet of the analog-to-digital converter and of the board's clock.
@@ -186,7 +192,20 @@ impl SensorFile {
             zero_length_m: (geometry.length_min_m() + geometry.length_max_m()) / 2.0,
             zero_counts: [self.jacks.zero_volts * counts_per_volt; JACKS],
             metres_per_count: [stroke_m / self.jacks.full_stroke_volts / counts_per_volt; JACKS],
+            supplied: [!self.jacks.ratiometric; JACKS],
         }
+    }
+
+    /// The channels on which the supply factor does not act.
+    #[must_use]
+    pub fn ratiometric(&self) -> Ratiometric {
+        let is_ratiometric = |channel: usize| match channel.checked_sub(INERTIAL) {
+            None => self.triad(Triad::ALL[channel / 3]).ratiometric,
+            Some(_) => self.jacks.ratiometric,
+        };
+        (0..CHANNELS)
+            .filter(|channel| is_ratiometric(*channel))
+            .fold(Ratiometric::NONE, Ratiometric::with)
     }
 
     /// Where the sensor block stands, and gravity there.
