@@ -138,6 +138,7 @@ fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileE
 mod tests {
     use super::*;
     use crate::geometry_file::GeometryFile;
+    use hexsense_core::channel::Ratiometric;
     use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
 
     fn set() -> CoefficientSet {
@@ -159,7 +160,7 @@ mod tests {
             unix_s: 1_780_000_000,
             temperature_c: 31.7,
             provenance: [9; 32],
-            ratiometric: Default::default(),
+            ratiometric: Ratiometric::NONE.with(2).with(10),
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {
@@ -172,6 +173,8 @@ mod tests {
 
     #[test]
     fn a_file_gives_the_very_same_bytes() {
+        let text = to_text("c.toml", &set()).unwrap();
+        assert!(text.contains("ratiometric = [\"az\", \"jack2\"]"), "{text}");
         let (mut before, mut after) = ([0; MAX_ENCODED], [0; MAX_ENCODED]);
         let read = parse("c.toml", &to_text("c.toml", &set()).unwrap()).unwrap();
         assert_eq!(
@@ -187,6 +190,13 @@ mod tests {
             let error = parse("c.toml", &text[..length]).expect_err("a cut file");
             assert!(error.to_string().starts_with("c.toml"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_ratiometric_channel_that_does_not_exist_is_refused_by_its_name() {
+        let text = to_text("c.toml", &set()).unwrap().replace("jack2", "jack7");
+        let error = parse("c.toml", &text).unwrap_err().to_string();
+        assert!(error.contains("ratiometric is jack7"), "{error}");
     }
 
     #[test]

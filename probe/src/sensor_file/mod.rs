@@ -287,6 +287,45 @@ mod tests {
     }
 
     #[test]
+    fn sensors_and_jacks_are_ratiometric_where_their_table_says_so() {
+        let papers = twin::papers::sensor_file(1);
+        let channels = |text: &str| {
+            SensorFile::parse("sensors.toml", text)
+                .unwrap()
+                .ratiometric()
+        };
+        assert_eq!(channels(&papers).bits(), 0);
+        let gyros = papers.replace("[angular_rate]", "[angular_rate]\nratiometric = true");
+        assert_eq!(channels(&gyros).bits(), 0b111 << 6);
+        let jacks = papers.replace("[jacks]", "[jacks]\nratiometric = true");
+        assert_eq!(channels(&jacks).bits(), 0b11_1111 << 9);
+    }
+
+    /// 3.3 V of supply and a zero at its middle leave 1.65 V to either side.
+    #[test]
+    fn a_full_scale_may_reach_the_rail_and_not_go_beyond() {
+        let with_full_scale = |full_scale: f64| {
+            let papers = twin::papers::sensor_file(1);
+            let mut file = SensorFile::parse("sensors.toml", &papers).unwrap();
+            let sheet = &mut file.angular_rate;
+            (sheet.volts_per_unit, sheet.zero_volts) = (-0.825, 1.65);
+            sheet.full_scale = full_scale;
+            sheet.bias_tolerance = 0.0;
+            file.check("sensors.toml")
+        };
+        with_full_scale(2.0).unwrap();
+        let error = with_full_scale(2.001).unwrap_err().to_string();
+        for words in [
+            "angular_rate.full_scale",
+            "2.001",
+            "3.3 V",
+            "volts_per_unit",
+        ] {
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
     fn gravity_is_given_by_value_or_by_place_and_never_guessed() {
         let value = with_gravity("gravity_m_s2 = 9.8155\ngravity_uncertainty_m_s2 = 1e-5").unwrap();
         assert_eq!((value.m_s2, value.uncertainty_m_s2), (9.8155, 1e-5));
