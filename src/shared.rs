@@ -67,7 +67,7 @@ pub struct Alive {
     pub storage: Signal<Guard, ()>,
 }
 
-/// Everything that passes between the tasks but blocks.
+/// Everything that passes between the tasks, except blocks.
 pub struct Shared {
     /// Latest supply and temperature: to sampling, link and harmonics.
     pub supply: Watch<Guard, SupplyReading, 3>,
@@ -89,7 +89,7 @@ pub struct Shared {
     pub to_harmonics: Channel<Guard, HarmonicsCommand, 1>,
     /// Sampling task, storage and harmonics to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
-    /// To the supervisor.
+    /// To the watchdog.
     pub alive: Alive,
 }
 
