@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::{Controller, Date, Port, Waiting};
-use super::broken_off::{of_sequence, typed};
-use super::progress::Progress;
-use super::report;
+use super::broken_off::typed;
+use super::{progress, report};
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
@@ -160,11 +159,7 @@ impl Calibrate {
             self.controller.again(),
             self.waiting.again(),
         );
-        let mut progress = Progress::default();
-        job.record(&mut client, motion.as_mut(), &mut |event| {
-            progress.show(event)
-        })
-        .map_err(|error| of_sequence(error, campaign, &again))?;
+        progress::record(&job, &mut client, motion.as_mut(), &again)?;
         Ok((identity.board, has_key))
     }
 }

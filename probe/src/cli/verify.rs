@@ -7,9 +7,8 @@ use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
-use super::broken_off::{of_sequence, same_again};
-use super::progress::Progress;
-use super::report;
+use super::broken_off::same_again;
+use super::{progress, report};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::{Campaign, Verification};
@@ -113,11 +112,7 @@ impl Verify {
             wait: self.waiting.time(),
             interrupt: &interrupt,
         };
-        let mut progress = Progress::default();
-        job.record(&mut client, motion.as_mut(), &mut |event| {
-            progress.show(event)
-        })
-        .map_err(|error| of_sequence(error, campaign, &same_again()))?;
+        progress::record(&job, &mut client, motion.as_mut(), &same_again())?;
         Ok((client, id))
     }
 }
