@@ -1,6 +1,7 @@
 //! The report: every figure of a [small campaign](small) whose numbers are written by hand, section by section; then the
 //! report of a whole campaign on the twin: complete, well-formed, escaped, and small.
 
+mod base;
 mod board_sums;
 mod budgets;
 mod captions;
