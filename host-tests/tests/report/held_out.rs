@@ -2,7 +2,7 @@
 
 use hexsense_probe::report::render;
 
-use crate::page::{captioned, elements, heights, of_section, parsed, words};
+use crate::page::{captioned, elements, of_section, parsed, words};
 use crate::small::{SMALL_PAGE, Small};
 
 #[test]
@@ -86,27 +86,4 @@ fn the_boards_poses_are_told_in_micrometres_and_microradians() {
             ),
         "{poses}"
     );
-}
-
-#[test]
-fn the_curve_of_the_error_before_is_five_times_as_high_as_that_after() {
-    let document = parsed(&SMALL_PAGE);
-    let figures = elements(&document, "figure").into_iter();
-    let figures: Vec<_> = figures
-        .filter(|figure| words(*figure).contains("on the held-out movement"))
-        .collect();
-    assert_eq!(figures.len(), 3);
-    for figure in figures {
-        let (before, after) = (
-            heights(figure, "line before"),
-            heights(figure, "line error"),
-        );
-        assert_eq!((before.len(), after.len()), (3, 3));
-        for (before, after) in before.iter().zip(&after) {
-            assert!(
-                (before / after / 5.0 - 1.0).abs() < 0.05,
-                "{before} {after}"
-            );
-        }
-    }
 }

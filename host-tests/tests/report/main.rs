@@ -7,6 +7,7 @@ mod budgets;
 mod captions;
 mod channels;
 mod conditions;
+mod curves;
 mod evidence;
 mod held_out;
 mod motion;

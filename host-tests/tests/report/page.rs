@@ -154,32 +154,3 @@ pub fn widths(document: &roxmltree::Document) -> Vec<String> {
         .map(|style| style.trim_start_matches("width:").to_owned())
         .collect()
 }
-
-/// Heights of the curves of a class: from the lowest point to the highest.
-pub fn heights(figure: roxmltree::Node, class: &str) -> Vec<f64> {
-    let paths = figure
-        .descendants()
-        .filter(|node| node.has_tag_name("path"));
-    let of_class = paths.filter(|path| {
-        path.attribute("class")
-            .is_some_and(|all| all.ends_with(class))
-    });
-    of_class
-        .map(|path| height(path.attribute("d").unwrap()))
-        .collect()
-}
-
-/// Height of a path that is a point and then steps, as `M0 10l10-5-5 0`.
-fn height(path: &str) -> f64 {
-    let path = path.replace('-', " -").replace(['M', 'l'], " ");
-    let numbers: Vec<f64> = path
-        .split_whitespace()
-        .map(|number| number.parse().unwrap())
-        .collect();
-    let (mut y, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for step in numbers.chunks(2) {
-        y += step[1];
-        (low, high) = (f64::min(low, y), f64::max(high, y));
-    }
-    high - low
-}

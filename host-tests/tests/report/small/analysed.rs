@@ -29,7 +29,19 @@ fn fit(amplitude: f64, uncertainty: f64, residual_rms: f64) -> Harmonics {
     fit
 }
 
-fn sweep(run: usize, freedom: DegreeOfFreedom, hz: f64, length_s: f64) -> Sweep {
+fn sine(amplitude: f64, frequency_hz: f64, estimate_s: f64) -> Sine {
+    Sine {
+        amplitude,
+        frequency_hz,
+        phase_rad: 0.0,
+        fade_s: 1.0,
+        settle_s: 4.0,
+        estimate_s,
+    }
+}
+
+/// A run whose base stayed at home.
+fn sweep(run: usize, freedom: DegreeOfFreedom, sine: Sine, hz: f64) -> Sweep {
     let Recording {
         run: name,
         rate_hz,
@@ -39,10 +51,10 @@ fn sweep(run: usize, freedom: DegreeOfFreedom, hz: f64, length_s: f64) -> Sweep 
     Sweep {
         name: name.to_owned(),
         freedom,
-        sine: Sine::of_periods(0.05, hz, 2, 3),
+        sine,
         rate_hz,
         omega: TAU * hz,
-        length_s,
+        length_s: sine.estimate_s,
         first: 6_000,
         onset_s,
         sensors: std::array::from_fn(|_| Harmonics::NONE),
@@ -73,9 +85,10 @@ fn hold(errors: [f64; 3]) -> RestMeans {
 }
 
 pub fn condensed() -> Condensed {
-    let mut heave = sweep(3, DegreeOfFreedom::Heave, 0.501, 6.0);
+    let [lift, turn] = [sine(0.05, 0.5, 6.0), sine(0.04, 0.25, 8.0)];
+    let mut heave = sweep(3, DegreeOfFreedom::Heave, lift, 0.501);
     heave.sensors[1] = fit(1000.0, 1.2, 34.5);
-    let mut roll = sweep(4, DegreeOfFreedom::Roll, 0.2505, 8.0);
+    let mut roll = sweep(4, DegreeOfFreedom::Roll, turn, 0.2505);
     roll.sensors[3] = fit(500.0, 0.34, 7.89);
     roll.sensors[6] = fit(1300.0, 5.6, 0.912);
     let run = |index: usize, holds: &[[f64; 3]]| HoldRun {
