@@ -184,3 +184,6 @@ fn table(results: &Results) -> String {
     }
     text + "± is the expanded uncertainty, coverage factor 2\n\n"
 }
+
+#[cfg(test)]
+mod tests;

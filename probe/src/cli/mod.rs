@@ -9,6 +9,8 @@ mod broken_off;
 mod calibrate;
 mod capture;
 mod characterise;
+#[cfg(test)]
+mod documents;
 mod factory_reset;
 mod harmonics;
 mod history;

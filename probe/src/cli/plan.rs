@@ -245,3 +245,6 @@ fn worst_held(plan: &Movements, checked: &[Checked]) -> String {
         )
     })
 }
+
+#[cfg(test)]
+mod tests;

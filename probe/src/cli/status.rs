@@ -358,3 +358,6 @@ fn state_name(state: AnalyserState) -> &'static str {
         AnalyserState::Complete => "complete",
     }
 }
+
+#[cfg(test)]
+mod tests;

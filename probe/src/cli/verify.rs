@@ -238,6 +238,9 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 }
 
 #[cfg(test)]
+mod printed;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};

@@ -135,6 +135,9 @@ fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileE
 }
 
 #[cfg(test)]
+mod printed;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry_file::GeometryFile;

@@ -241,3 +241,6 @@ fn advice(gain: &Gain, heaves: bool) -> Option<String> {
         )
     })
 }
+
+#[cfg(test)]
+mod tests;
