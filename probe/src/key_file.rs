@@ -162,13 +162,23 @@ mod tests {
             "{missing}"
         );
         let digits = "5ec".repeat(22);
-        for text in ["", &digits[..63], &digits[..65], &"x".repeat(64)] {
+        let spaced = format!(" {}", &digits[..64]);
+        let spelt = format!("{}g", &digits[..63]);
+        for text in [
+            "",
+            &digits[..62],
+            &digits[..63],
+            &digits[..65],
+            &spaced,
+            &spelt,
+        ] {
             std::fs::write(&path, text).unwrap();
             let error = load(&path).unwrap_err().to_string();
             assert!(error.contains("board.key: this is no key file"), "{error}");
             assert!(!error.contains("5ec5ec"), "{error}");
         }
         std::fs::write(&path, &digits[..64]).unwrap();
-        load(&path).unwrap();
+        let key = load(&path).unwrap().0;
+        assert_eq!(key[..3], [0x5e, 0xc5, 0xec]);
     }
 }

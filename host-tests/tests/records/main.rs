@@ -2,6 +2,7 @@
 
 mod appends;
 mod archive;
+mod limits;
 mod power_cuts;
 mod record;
 mod sets;

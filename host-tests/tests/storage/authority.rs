@@ -195,6 +195,50 @@ fn wrong_answers_wait_longer_and_longer_and_a_right_one_ends_it() {
 }
 
 #[test]
+fn a_challenge_lives_ten_seconds_an_upload_a_minute_and_a_wait_at_most_sixty_four_seconds() {
+    assert_eq!(
+        (CHALLENGE_MS, UPLOAD_MS, MAX_WAIT_MS),
+        (10_000, 60_000, 64_000)
+    );
+}
+
+/// Seconds to wait after the first wrong tag, the second, and so on.
+#[test]
+fn each_wrong_tag_doubles_the_wait_up_to_sixty_four_seconds() {
+    let mut nor = Nor::new(PAGES);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
+    for seconds in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
+        let wrong = key_holder.change(&OTHER_KEY, Act::FactoryReset);
+        assert_eq!(wrong, Err(Refusal::WrongTag));
+        let at_once = key_holder.change(&KEY, Act::FactoryReset);
+        let ms = seconds * 1_000;
+        assert_eq!(at_once, Err(Refusal::BackOff { ms }));
+        key_holder.now_ms += u64::from(ms) - 1;
+        let refused = key_holder.change(&KEY, Act::FactoryReset);
+        assert_eq!(refused, Err(Refusal::BackOff { ms: 1 }));
+        key_holder.now_ms += 1;
+    }
+    assert_eq!(key_holder.active(), Some(numbered(1)));
+    let reset = key_holder.change(&KEY, Act::FactoryReset);
+    assert_eq!(reset, Ok(Response::Erased { sets: 1 }));
+}
+
+/// A refused change uses its challenge up, also while the board waits.
+#[test]
+fn a_challenge_that_was_tried_during_the_wait_does_not_serve_after_it() {
+    let mut nor = Nor::new(PAGES);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
+    let wrong = key_holder.change(&OTHER_KEY, Act::FactoryReset);
+    assert_eq!(wrong, Err(Refusal::WrongTag));
+    let (change, tag) = key_holder.signed(&KEY, Act::FactoryReset);
+    let command = StorageCommand::Change(change, tag);
+    let waits = key_holder.ask(command.clone());
+    assert_eq!(waits, Err(Refusal::BackOff { ms: 1_000 }));
+    key_holder.now_ms += 1_000;
+    assert_eq!(key_holder.ask(command), Err(Refusal::NoChallenge));
+}
+
+#[test]
 fn a_new_key_needs_the_old_one_and_replaces_it() {
     let mut nor = Nor::new(PAGES);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 2);

@@ -336,28 +336,36 @@ fn any_change_ends_an_upload_under_way() {
     assert_eq!(key_holder.active(), Some(numbered(1)));
 }
 
+/// A log of 118 pages has 6,041 places, of which the last eight are the reserve.
 #[test]
-fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
+fn the_last_place_of_the_log_takes_a_change_and_then_no_change_is_made_and_what_is_active_stays() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 2));
     let mut log = Log::new(&mut nor, layout(PAGES).log());
     let mut end = block_on(log.end()).unwrap();
-    while log.has_room(&end) {
+    for counter in 4..=6_032 {
         let entry = Entry {
-            counter: end.next_counter(),
+            counter,
             reason: Reason::Rollback,
             previous: Some(id(2)),
             ..end.last.unwrap()
         };
         block_on(log.append(&mut end, &entry)).unwrap();
     }
-    assert_eq!(end.last_counter(), 6_033);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    let last = key_holder.roll_back(1);
+    assert!(matches!(last, Ok(Response::Committed(active)) if active.id == id(1)));
+    drop(key_holder);
     let operations = nor.operations;
     let mut key_holder = KeyHolder::start(&mut nor);
-    for act in acts() {
+    let refused = acts()
+        .into_iter()
+        .filter(|act| *act != Act::Rollback(id(1)));
+    for act in refused.chain([Act::Rollback(id(2))]) {
         assert_eq!(key_holder.change(&KEY, act), Err(Refusal::LogFull));
     }
-    assert_eq!(key_holder.active(), Some(numbered(2)));
+    assert_eq!(key_holder.active(), Some(numbered(1)));
+    assert_eq!(key_holder.log().len(), 6_033);
     drop(key_holder);
     assert_eq!(nor.operations, operations);
 }

@@ -6,3 +6,4 @@ mod changes;
 mod key_holder;
 mod log;
 mod power_cuts;
+mod uploads;

@@ -135,8 +135,7 @@ pub fn compare(
             .outcome
             .map_err(|refusal| BoardPoseError::Refused { scan, refusal })?;
         let (distance_m, angle_rad) = double(&theirs).distance(&ours.pose);
-        // Negated, so that what is not a number does not pass.
-        if !(distance_m <= MAX_DIFFERENCE && angle_rad <= MAX_DIFFERENCE) {
+        if !is_close(distance_m, angle_rad) {
             return Err(BoardPoseError::Off {
                 scan,
                 distance_m,
@@ -156,6 +155,11 @@ pub fn compare(
         return Err(BoardPoseError::Missing { poses, due });
     }
     Ok(difference)
+}
+
+/// Whether a pose that is off by so much, m and rad, is the board's; what is not a number is not.
+fn is_close(distance_m: f64, angle_rad: f64) -> bool {
+    distance_m <= MAX_DIFFERENCE && angle_rad <= MAX_DIFFERENCE
 }
 
 /// Scans from one pose to the next: a whole number of blocks that takes at least as long as a pose may.

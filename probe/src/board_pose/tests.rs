@@ -108,9 +108,11 @@ fn a_pose_that_is_off_missing_refused_or_of_another_set_is_found() {
         reports[7].outcome = Ok(pose);
     });
     assert!(matches!(turned, BoardPoseError::Off { .. }), "{turned}");
-    let missing = spoilt(&|reports| drop(reports.drain(..3)));
-    let expected = BoardPoseError::Missing { poses: 7, due: 10 };
+    let missing = spoilt(&|reports| drop(reports.drain(..2)));
+    let expected = BoardPoseError::Missing { poses: 8, due: 10 };
     assert_eq!(missing, expected);
+    let late = compare(&capture, (1_000, BlockSize::Sixteen), &good[1..], &set, ID);
+    assert_eq!(late.unwrap().poses, 9, "one of ten may be late");
     let refused = spoilt(&|reports| reports[0].outcome = Err(PoseRefusal::Singular));
     assert!(matches!(
         refused,
@@ -118,6 +120,13 @@ fn a_pose_that_is_off_missing_refused_or_of_another_set_is_found() {
     ));
     let other = spoilt(&|reports| reports[2].set = SetId([4; 8]));
     assert!(matches!(other, BoardPoseError::OtherSet { scan: 5032, .. }));
+}
+
+#[test]
+fn a_pose_may_be_half_a_micrometre_and_half_a_microradian_off_and_no_more() {
+    assert!(is_close(5e-7, 5e-7));
+    assert!(!is_close(5e-7_f64.next_up(), 0.0) && !is_close(0.0, 5e-7_f64.next_up()));
+    assert!(!is_close(f64::NAN, 0.0) && !is_close(0.0, f64::NAN));
 }
 
 #[test]

@@ -27,6 +27,7 @@ fn set() -> CoefficientSet {
         unix_s: 1_780_000_000,
         temperature_c: 27.3,
         provenance: std::array::from_fn(|index| index as u8),
+        ratiometric: Default::default(),
         triads: [
             triad([32_100.5, 32_850.25, 33_000.75], [5e-4, 4e-4, 8e-4], 0.0015),
             triad(

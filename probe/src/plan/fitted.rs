@@ -63,3 +63,6 @@ impl Kind {
         matches!(self, Self::Sine(freedom) if freedom != Freedom::Heave)
     }
 }
+
+#[cfg(test)]
+mod tests;

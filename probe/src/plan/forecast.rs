@@ -243,4 +243,6 @@ fn advice(gain: &Gain, heaves: bool) -> Option<String> {
 }
 
 #[cfg(test)]
+mod advice;
+#[cfg(test)]
 mod tests;

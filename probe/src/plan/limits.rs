@@ -128,18 +128,33 @@ pub fn step_s(run: &Run, period_s: f64) -> f64 {
 
 fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked, BeyondLimit> {
     let uses = uses(run, geometry, step_s);
+    jacks_within(&run.name, &uses, step_s, geometry.geometry.length_min_m())?;
+    let hinge = closest(run, geometry, step_s);
+    if let Some(hinge) = &hinge {
+        hinge_within(&run.name, hinge)?;
+    }
+    let conditioning = conditioning(run, &geometry.geometry);
+    condition_within(&run.name, &conditioning)?;
+    Ok(Checked {
+        uses,
+        hinge,
+        conditioning,
+    })
+}
+
+/// Whether lengths, speeds and accelerations, with what they may reach between samples, keep within their limits.
+fn jacks_within(run: &str, uses: &Uses, step_s: f64, shortest_m: f64) -> Result<(), BeyondLimit> {
     let between_m = uses.acceleration.value.abs() * step_s * step_s / 2.0;
-    let shortest_m = geometry.geometry.length_min_m();
     for (quantity, used) in uses.all() {
         let value = highest(quantity, &used, between_m, shortest_m);
-        let outside = match quantity {
-            Quantity::Length if used.limit == shortest_m => value < used.limit,
-            Quantity::Length => value > used.limit,
-            Quantity::Speed | Quantity::Acceleration => value.abs() > used.limit,
+        let inside = match quantity {
+            Quantity::Length if used.limit == shortest_m => value >= used.limit,
+            Quantity::Length => value <= used.limit,
+            Quantity::Speed | Quantity::Acceleration => value.abs() <= used.limit,
         };
-        if outside {
+        if !inside {
             return Err(BeyondLimit::Jack {
-                run: run.name.clone(),
+                run: run.to_owned(),
                 jack: used.jack,
                 time_s: used.time_s,
                 quantity,
@@ -148,27 +163,29 @@ fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked,
             });
         }
     }
-    let hinge = closest(run, geometry, step_s);
-    if let Some(hinge) = hinge.filter(|hinge| hinge.angle_deg > hinge.limit_deg) {
-        return Err(BeyondLimit::Hinge {
-            run: run.name.clone(),
-            jack: hinge.jack,
-            joint: hinge.joint,
-            time_s: hinge.time_s,
-            angle_deg: hinge.angle_deg,
-            limit_deg: hinge.limit_deg,
-        });
+    Ok(())
+}
+
+fn hinge_within(run: &str, hinge: &HingeUse) -> Result<(), BeyondLimit> {
+    if hinge.angle_deg <= hinge.limit_deg {
+        return Ok(());
     }
-    let conditioning = conditioning(run, &geometry.geometry);
+    Err(BeyondLimit::Hinge {
+        run: run.to_owned(),
+        jack: hinge.jack,
+        joint: hinge.joint,
+        time_s: hinge.time_s,
+        angle_deg: hinge.angle_deg,
+        limit_deg: hinge.limit_deg,
+    })
+}
+
+fn condition_within(run: &str, conditioning: &Conditioning) -> Result<(), BeyondLimit> {
     if conditioning.bound <= MAX_CONDITION {
-        return Ok(Checked {
-            uses,
-            hinge,
-            conditioning,
-        });
+        return Ok(());
     }
     Err(BeyondLimit::Condition {
-        run: run.name.clone(),
+        run: run.to_owned(),
         time_s: conditioning.time_s,
         bound: conditioning.bound,
     })
@@ -184,134 +201,4 @@ fn highest(quantity: Quantity, used: &Use, between_m: f64, shortest_m: f64) -> f
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plan::campaign;
-
-    fn refused(geometry: &GeometryFile, change: impl FnOnce(&mut Plan)) -> BeyondLimit {
-        let mut plan = campaign::plan(geometry).unwrap();
-        change(&mut plan);
-        check(&plan, geometry).unwrap_err()
-    }
-
-    fn keep(plan: &mut Plan, name: &str) {
-        plan.runs.retain(|run| run.name == name);
-    }
-
-    #[test]
-    fn a_movement_that_leaves_the_stroke_is_refused_with_jack_time_length_and_limit() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap();
-        let refusal = refused(&geometry, |plan| {
-            keep(plan, "pitch");
-            for level in plan.runs[0].ramps[0].levels_deg.iter_mut().flatten() {
-                *level *= 2.2;
-            }
-        });
-        let BeyondLimit::Jack {
-            run,
-            time_s,
-            quantity,
-            value,
-            limit,
-            ..
-        } = refusal
-        else {
-            panic!("{refusal}");
-        };
-        assert_eq!((run.as_str(), quantity), ("pitch", Quantity::Length));
-        assert!((4.0..=20.0).contains(&time_s));
-        let lengths = 2.10..=3.40;
-        assert!(lengths.contains(&limit) && !lengths.contains(&value));
-    }
-
-    #[test]
-    fn a_jack_that_swings_too_far_is_refused_with_hinge_time_angle_and_limit() {
-        let mut geometry = GeometryFile::load("an-74tk-200").unwrap();
-        geometry.lower_hinge_angle_max_deg = Some(40.0);
-        geometry.upper_hinge_angle_max_deg = Some(40.0);
-        let plan = campaign::plan(&geometry).unwrap();
-        let angles = |checked: &Checked| checked.hinge.unwrap().angle_deg;
-        let checked = check(&plan, &geometry).unwrap();
-        let widest = checked.iter().map(angles).fold(0.0, f64::max);
-        assert!((15.0..40.0).contains(&widest), "{widest}");
-        geometry.upper_hinge_angle_max_deg = Some(12.0);
-        let refusal = check(&plan, &geometry).unwrap_err();
-        let BeyondLimit::Hinge {
-            ref run,
-            joint,
-            time_s,
-            angle_deg,
-            limit_deg,
-            ..
-        } = refusal
-        else {
-            panic!("{refusal}");
-        };
-        assert_eq!(
-            (run.as_str(), joint, limit_deg),
-            ("pitch", Joint::Upper, 12.0)
-        );
-        assert!(
-            (1.0..=32.0).contains(&time_s) && angle_deg > 12.0,
-            "{refusal}"
-        );
-        // A limit of what is used, and of a hair less.
-        let run = plan.run("held-out").unwrap();
-        let used = closest(run, &geometry, 0.002).unwrap().angle_deg;
-        let with = |limit_deg| {
-            let mut geometry = geometry.clone();
-            geometry.lower_hinge_angle_max_deg = None;
-            geometry.upper_hinge_angle_max_deg = Some(limit_deg);
-            check_run(run, &geometry, 0.002)
-        };
-        assert!(with(used + 1e-9).is_ok() && with(used - 1e-3).is_err());
-        // The default campaign keeps within nine tenths of a limit that is known beforehand.
-        for run in campaign::plan(&geometry).unwrap().runs {
-            let used = closest(&run, &geometry, 0.002).unwrap();
-            assert!(used.fraction() <= campaign::USABLE, "{} {used:?}", run.name);
-        }
-    }
-
-    #[test]
-    fn a_sine_that_is_zero_in_every_row_of_its_program_is_seen_between_them() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap();
-        let refusal = refused(&geometry, |plan| {
-            keep(plan, "heave");
-            plan.period_s = 0.1;
-            plan.runs[0].sine[0].frequency_hz = 10.0;
-        });
-        assert!(refusal.to_string().contains("speed of jack"), "{refusal}");
-    }
-
-    #[test]
-    fn a_pose_that_the_jacks_hardly_hold_is_refused_although_every_jack_is_within_its_limits() {
-        let (_, text) = geometries::PRESETS[2];
-        let text = text
-            .replace("length_min = 2.10", "length_min = 0.50")
-            .replace("length_max = 3.40", "length_max = 9.00");
-        let geometry = GeometryFile::parse("an.toml", &text).unwrap();
-        // The platform turned by a right angle about the vertical: all six jacks pass by its axis alike.
-        let refusal = refused(&geometry, |plan| {
-            keep(plan, "yaw-sine");
-            plan.runs[0].sine[0].amplitude_deg = Some(89.0);
-            plan.runs[0].sine[0].frequency_hz = 0.01;
-            plan.runs[0].sine[0].fade_s = 60.0;
-        });
-        let BeyondLimit::Condition { time_s, bound, .. } = refusal else {
-            panic!("{refusal}");
-        };
-        assert!(bound > MAX_CONDITION && time_s > 0.0);
-    }
-
-    #[test]
-    fn a_step_is_a_whole_fraction_of_the_period_and_short_enough_for_the_fastest_sine() {
-        let geometry = GeometryFile::load("an-74tk-200").unwrap();
-        let plan = campaign::plan(&geometry).unwrap();
-        let mut run = plan.run("held-out").unwrap().clone();
-        assert_eq!(step_s(&run, 0.002), 0.002);
-        run.sine[2].frequency_hz = 20.0;
-        let step = step_s(&run, 0.002);
-        assert!(step <= 1.0 / (20.0 * SAMPLES_PER_PERIOD));
-        assert!((0.002 / step - (0.002 / step).round()).abs() < 1e-9);
-    }
-}
+mod tests;

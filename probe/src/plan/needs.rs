@@ -67,3 +67,6 @@ fn ramps_of(run: &Run, freedom: DegreeOfFreedom) -> bool {
         _ => false,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -95,21 +95,24 @@ impl RestWatch {
             let lowest = values.clone().fold(f64::INFINITY, f64::min);
             let moved_m = values.fold(f64::NEG_INFINITY, f64::max) - lowest;
             let off_m = mean - self.home_m[jack];
-            if moved_m > MAX_REST_M {
-                return Err(Unrest::Moving {
-                    jack: jack + 1,
-                    moved_m,
-                });
-            }
-            if off_m.abs() > MAX_HOME_OFFSET_M {
-                return Err(Unrest::Away {
-                    jack: jack + 1,
-                    off_m,
-                });
-            }
+            at_rest_at_home(jack + 1, moved_m, off_m)?;
             rest.mean_m[jack] = mean;
             rest.deviation_m[jack] = variance.sqrt();
         }
         Ok(rest)
     }
 }
+
+/// Whether a jack that moved so far within the windows, and is so far from home on the average, is at rest at home.
+fn at_rest_at_home(jack: usize, moved_m: f64, off_m: f64) -> Result<(), Unrest> {
+    if moved_m > MAX_REST_M {
+        return Err(Unrest::Moving { jack, moved_m });
+    }
+    if off_m.abs() > MAX_HOME_OFFSET_M {
+        return Err(Unrest::Away { jack, off_m });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

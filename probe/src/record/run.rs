@@ -277,7 +277,7 @@ impl RunJob<'_> {
         };
         for channel in 0..CHANNELS {
             let report = client.sums(analyser, channel as u8)?;
-            if report.state != AnalyserState::Complete || report.drive != drive {
+            if !is_whole(report.state, &report.drive, &drive) {
                 return Err(RecordError::Sums {
                     run: self.run.name.clone(),
                     frequency_hz: self.choice.lines[usize::from(analyser)].frequency_hz,
@@ -290,3 +290,11 @@ impl RunJob<'_> {
         Ok(sums)
     }
 }
+
+/// Whether sums in this state and of this drive are those that were asked for.
+fn is_whole(state: AnalyserState, of: &Drive, asked: &Drive) -> bool {
+    state == AnalyserState::Complete && of == asked
+}
+
+#[cfg(test)]
+mod tests;

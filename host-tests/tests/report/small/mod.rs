@@ -166,6 +166,7 @@ fn set(geometry: &GeometryFile) -> CoefficientSet {
         unix_s: 1_780_000_000,
         temperature_c: 27.3,
         provenance: std::array::from_fn(|index| index as u8),
+        ratiometric: Default::default(),
         triads: [triad(); 3],
         base: MotionBase::new(&geometry.geometry),
         jacks: JackCoefficients {

@@ -95,6 +95,7 @@ impl Recording {
                 .push(first * (1.0 - part) + last * part);
         }
         RecordedRun {
+            ratiometric: Default::default(),
             name: self.run.to_owned(),
             program,
             capture,

@@ -1,0 +1,172 @@
+use super::*;
+use crate::geometry_file::GeometryFile;
+use hexsense_core::channel::Ratiometric;
+use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
+
+/// A set in which no two numbers are alike.
+fn set() -> CoefficientSet {
+    let triad = |size: f32| TriadCoefficients {
+        offset: [32_768.1, 32_000.0 / 3.0, 40_000.7].map(|counts| counts + size),
+        matrix: [
+            [1.0 / 3.0, 1e-3, -1e-7],
+            [0.1, 0.7, 0.2],
+            [-0.01, 0.02, 1e-2],
+        ]
+        .map(|row| row.map(|gain| size * gain)),
+        offset_uncertainty: [0.1, 0.2, 0.3].map(|counts| size * counts),
+        matrix_uncertainty: [[1e-5, 2e-5, 3e-5], [4e-5, 5e-5, 6e-5], [7e-5, 8e-5, 9e-5]]
+            .map(|row| row.map(|gain| size * gain)),
+        delay_s: 0.001_23 * size,
+    };
+    CoefficientSet {
+        board: *b"\x01board\xff\x00uid2",
+        geometry: "an-74tk-200".try_into().unwrap(),
+        geometry_hash: [7, 6, 5, 4, 3, 2, 1, 0],
+        unix_s: 1_780_000_000,
+        temperature_c: 31.7,
+        provenance: std::array::from_fn(|index| index as u8),
+        ratiometric: Ratiometric::NONE.with(2).with(10),
+        triads: [triad(1.0), triad(2.0), triad(3.0)],
+        base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
+        jacks: JackCoefficients {
+            zero_length_m: 2.75,
+            zero_counts: [32_761.1, 32_762.2, 32_763.3, 32_764.4, 32_765.5, 32_766.6],
+            metres_per_count: [1e-4, 2e-4, -3e-4, 4e-4, 5e-4, 6e-4].map(|metres| metres / 3.0),
+        },
+    }
+}
+
+#[test]
+fn a_file_gives_the_very_same_bytes() {
+    let text = to_text("c.toml", &set()).unwrap();
+    assert!(text.contains("ratiometric = [\"az\", \"jack2\"]"), "{text}");
+    let (mut before, mut after) = ([0; MAX_ENCODED], [0; MAX_ENCODED]);
+    let read = parse("c.toml", &to_text("c.toml", &set()).unwrap()).unwrap();
+    assert_eq!(
+        set().encode(&mut before).unwrap(),
+        read.encode(&mut after).unwrap()
+    );
+}
+
+#[test]
+fn a_file_cut_anywhere_is_refused() {
+    let text = to_text("c.toml", &set()).unwrap();
+    for length in 0..text.trim_end().len() {
+        let error = parse("c.toml", &text[..length]).expect_err("a cut file");
+        assert!(error.to_string().starts_with("c.toml"), "{error}");
+    }
+}
+
+#[test]
+fn a_ratiometric_channel_that_does_not_exist_is_refused_by_its_name() {
+    let text = to_text("c.toml", &set()).unwrap().replace("jack2", "jack7");
+    let error = parse("c.toml", &text).unwrap_err().to_string();
+    assert!(error.contains("ratiometric is jack7"), "{error}");
+}
+
+#[test]
+fn a_changed_number_is_refused_by_the_identity() {
+    let text = to_text("c.toml", &set())
+        .unwrap()
+        .replace("40001.7", "40001.8");
+    assert!(matches!(
+        parse("c.toml", &text),
+        Err(CoefficientFileError::Identity { .. })
+    ));
+}
+
+/// The file of [`set`] with one piece of its text in place of another.
+fn changed(from: &str, to: &str) -> String {
+    let text = to_text("c.toml", &set()).unwrap();
+    assert_eq!(text.matches(from).count(), 1, "{from} in {text}");
+    text.replace(from, to)
+}
+
+fn problem(text: &str) -> String {
+    parse("c.toml", text).unwrap_err().to_string()
+}
+
+#[test]
+fn every_number_is_part_of_the_identity() {
+    let text = to_text("c.toml", &set()).unwrap();
+    let mut numbers = 0;
+    for (line, words) in text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.contains('"'))
+    {
+        let first_digits = words.match_indices(|c: char| c.is_ascii_digit());
+        let first_digits = first_digits.filter(|(at, _)| {
+            let before = words[..*at].strip_suffix('-').unwrap_or(&words[..*at]);
+            before.ends_with(' ') || before.ends_with('[')
+        });
+        for (at, digit) in first_digits {
+            let mut other: Vec<String> = text.lines().map(|line| line.to_owned() + "\n").collect();
+            other[line].replace_range(at..=at, if digit == "9" { "4" } else { "9" });
+            let error = parse("c.toml", &other.concat()).unwrap_err();
+            let refused = matches!(
+                error,
+                CoefficientFileError::Identity { .. } | CoefficientFileError::Record { .. }
+            );
+            assert!(refused, "{error}");
+            numbers += 1;
+        }
+    }
+    // 25 numbers of each triad, 36 of the hinges, 3 lengths, 13 of the jacks, and the temperature.
+    assert_eq!(numbers, 3 * 25 + 36 + 3 + 13 + 1);
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused_by_what_they_belong_to() {
+    for bad in ["nan", "inf", "-inf", "1e39"] {
+        let triad = problem(&changed("40002.7", bad));
+        assert!(
+            triad.starts_with("c.toml: AngularAcceleration holds"),
+            "{triad}"
+        );
+        let jack = problem(&changed("32763.3", bad));
+        assert!(
+            jack.starts_with("c.toml: the transducer of jack 3"),
+            "{jack}"
+        );
+        let degrees = problem(&changed("31.7", bad));
+        assert!(degrees.starts_with("c.toml: the temperature"), "{degrees}");
+    }
+}
+
+#[test]
+fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
+    for (key, digits) in [
+        ("board", "01626f617264ff0075696432"),
+        ("geometry_hash", "0706050403020100"),
+        (
+            "captures_sha256",
+            "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f",
+        ),
+    ] {
+        let line = |digits: &str| format!("{key} = \"{digits}\"");
+        let as_it_is = line(digits);
+        let shorter = &digits[1..];
+        for bad in [shorter, &format!("0{digits}"), &format!("{shorter}g"), ""] {
+            let said = problem(&changed(&as_it_is, &line(bad)));
+            let expected = format!("c.toml: {key} is ");
+            assert!(said.starts_with(&expected), "{said}");
+            let count = format!("it must have {} hexadecimal digits", digits.len());
+            assert!(said.ends_with(&count), "{said}");
+        }
+    }
+    let named = |bytes: usize| {
+        let name = format!("geometry = \"{}\"", "n".repeat(bytes));
+        problem(&changed("geometry = \"an-74tk-200\"", &name))
+    };
+    assert!(
+        named(32).contains("its numbers are those of set"),
+        "{}",
+        named(32)
+    );
+    assert!(
+        named(33).contains("too long for a coefficient set"),
+        "{}",
+        named(33)
+    );
+}
