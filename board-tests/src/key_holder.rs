@@ -7,7 +7,7 @@ use hexsense_core::records::{CoefficientSet, MAX_ENCODED, SetId};
 use hexsense_core::wire::change::{self, Change, Key};
 use hexsense_core::wire::message::{CHUNK, Chunk, Kept};
 use hexsense_core::wire::{Request, Response};
-use sha2::{Digest, Sha256};
+use hostile::key_holder::upload_of;
 
 use crate::line::Line;
 use crate::trial_set::Random;
@@ -232,14 +232,6 @@ pub fn calibrate(
     let set = random.set(key_holder.board);
     key_holder.carry_out(line, &Act::Upload(Box::new(set.clone())))?;
     Ok((key_holder, set))
-}
-
-/// The change that begins the upload of these bytes.
-pub fn upload_of(encoded: &[u8]) -> change::Act {
-    change::Act::Upload {
-        length: encoded.len() as u16,
-        digest: Sha256::digest(encoded).into(),
-    }
 }
 
 /// The requests that carry them.

@@ -1,7 +1,8 @@
 //! Coefficients to try a board with: random numbers, for a base with round dimensions.
 
 use hexsense_core::channel::Triad;
-use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{CoefficientSet, JackCoefficients, TriadCoefficients};
+use hostile::sets;
 
 /// Pseudo-random bits (xorshift, Marsaglia 2003).
 pub struct Random(pub u32);
@@ -37,37 +38,12 @@ impl Random {
             temperature_c: 30.0,
             provenance: [0; 32],
             triads,
-            base: base(),
+            base: sets::base(),
             jacks: JackCoefficients {
                 zero_length_m: 2.75,
                 zero_counts: [32_768.0; 6],
                 metres_per_count: [2.5e-5; 6],
             },
         }
-    }
-}
-
-/// Upper hinges in pairs on a circle, lower hinges to either side of them on a larger one.
-fn base() -> MotionBase {
-    MotionBase {
-        lower: [
-            [1.375, 0.0, -1.75],
-            [1.375, 0.0, 1.75],
-            [0.8125, 0.0, 2.0625],
-            [-2.1875, 0.0, 0.3125],
-            [-2.1875, 0.0, -0.3125],
-            [0.8125, 0.0, -2.0625],
-        ],
-        upper: [
-            [1.5, 0.0, 0.0],
-            [1.5, 0.0, 0.0],
-            [-0.75, 0.0, 1.3125],
-            [-0.75, 0.0, 1.3125],
-            [-0.75, 0.0, -1.3125],
-            [-0.75, 0.0, -1.3125],
-        ],
-        length_min_m: 2.125,
-        length_max_m: 3.375,
-        home_height_m: 2.125,
     }
 }

@@ -6,10 +6,11 @@ use anyhow::{bail, ensure};
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 use hexsense_core::wire::change::{self, Key};
 use hexsense_core::wire::{Refusal, Request, Response};
+use hostile::key_holder::upload_of;
 
 use super::outcome::Outcome;
 use crate::bench::Bench;
-use crate::key_holder::{Account, KeyHolder, pieces, upload_of};
+use crate::key_holder::{Account, KeyHolder, pieces};
 use crate::line::Line;
 use crate::trial_set::Random;
 
