@@ -26,26 +26,14 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The only package to change
-    #[arg(long, value_parser = PACKAGES.map(|package| package.name))]
+    #[arg(long, value_parser = PACKAGES)]
     package: Option<String>,
 }
 
-/// A package that is changed, and the packages whose tests should notice.
-struct Package {
-    name: &'static str,
-    suites: &'static [&'static str],
-}
-
-const PACKAGES: [Package; 2] = [
-    Package {
-        name: "hexsense-core",
-        suites: &["hexsense-core", "host-tests", "hexsense-probe"],
-    },
-    Package {
-        name: "hexsense-probe",
-        suites: &["hexsense-probe", "host-tests"],
-    },
-];
+/// The packages that are changed.
+const PACKAGES: [&str; 2] = ["hexsense-core", "hexsense-probe"];
+/// The packages whose tests should notice.
+const SUITES: [&str; 3] = ["hexsense-core", "hexsense-probe", "host-tests"];
 /// Folders of the suites' tests.
 const TESTS: [&str; 2] = ["host-tests/tests", "probe/tests"];
 /// Tests that take this many times as long as without a mistake hang.
@@ -58,16 +46,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     install("cargo-nextest", "nextest")?;
     install("cargo-mutants", "mutants")?;
     let tree = Tree::new()?;
-    for package in &PACKAGES {
-        if arguments
+    let timeout = tree.baseline()? * PATIENCE + Duration::from_secs(30);
+    let wanted = |package: &&str| {
+        arguments
             .package
             .as_ref()
-            .is_none_or(|name| name == package.name)
-        {
-            sample(&tree, package, arguments)?;
-        }
-    }
-    Ok(())
+            .is_none_or(|name| name == package)
+    };
+    let mut packages = PACKAGES.into_iter().filter(wanted);
+    packages.try_for_each(|package| sample(&tree, package, timeout, arguments))
 }
 
 /// Installs a command of cargo where it is missing.
@@ -79,12 +66,16 @@ fn install(package: &str, command: &str) -> anyhow::Result<()> {
     checked(cargo("install").args([package, "--locked"]))
 }
 
-fn sample(tree: &Tree, package: &Package, arguments: &Arguments) -> anyhow::Result<()> {
-    let list = printed(tree.mutants().args(["--list", "--package", package.name]));
-    let list = list.with_context(|| format!("cargo mutants lists nothing for {}", package.name))?;
+fn sample(
+    tree: &Tree,
+    package: &str,
+    timeout: Duration,
+    arguments: &Arguments,
+) -> anyhow::Result<()> {
+    let list = printed(tree.mutants().args(["--list", "--package", package]));
+    let list = list.with_context(|| format!("cargo mutants lists nothing for {}", package))?;
     let all: Vec<&str> = list.lines().collect();
     let drawn = draw(all.clone(), arguments.sample, arguments.seed);
-    let timeout = tree.baseline(package)? * PATIENCE + Duration::from_secs(30);
 
     let start = Instant::now();
     let mut outcomes = Vec::new();
@@ -109,7 +100,7 @@ fn sample(tree: &Tree, package: &Package, arguments: &Arguments) -> anyhow::Resu
     Ok(())
 }
 
-fn report(package: &Package, outcomes: &[(&str, &&str)], of: usize, seed: u64, took: Duration) {
+fn report(package: &str, outcomes: &[(&str, &&str)], of: usize, seed: u64, took: Duration) {
     let count = |name| {
         outcomes
             .iter()
@@ -120,7 +111,7 @@ fn report(package: &Package, outcomes: &[(&str, &&str)], of: usize, seed: u64, t
     let number = outcomes.len();
     println!(
         "{}: {number} of {of} mutants, seed {seed}: {}; {:.0} s each",
-        package.name,
+        package,
         counts.join(", "),
         took.as_secs_f64() / number.max(1) as f64,
     );
@@ -160,13 +151,15 @@ impl Tree {
                 &["worktree", "add", "--force", "--detach", place, &commit],
             )?;
         }
+        // What a test has left there, such as the case on which a property fails.
+        git(&folder, &["clean", "--force", "-d"])?;
         let hash = git(&folder, &["rev-parse", "HEAD^{tree}"])?;
         Ok(Self { folder, hash })
     }
 
     /// How long the suites take without a mistake. They run once for the same sources.
-    fn baseline(&self, package: &Package) -> anyhow::Result<Duration> {
-        let record = self.folder.with_file_name(package.name);
+    fn baseline(&self) -> anyhow::Result<Duration> {
+        let record = self.folder.with_file_name("baseline");
         let known = std::fs::read_to_string(&record).unwrap_or_default();
         if let Some(Ok(seconds)) = known
             .strip_prefix(&self.hash)
@@ -174,12 +167,12 @@ impl Tree {
         {
             return Ok(Duration::from_secs(seconds));
         }
-        eprintln!("{}: the suites without a mistake", package.name);
+        eprintln!("the suites without a mistake");
         let suites = || {
             let mut suites = cargo("nextest");
             suites.current_dir(&self.folder);
             suites.args(["run", "--cargo-profile", PROFILE]);
-            suites.args(package.suites.iter().flat_map(|suite| ["--package", suite]));
+            suites.args(SUITES.iter().flat_map(|suite| ["--package", suite]));
             suites
         };
         checked(suites().arg("--no-run"))?;
@@ -191,12 +184,7 @@ impl Tree {
     }
 
     /// Puts a mistake in and runs the tests, the likeliest first.
-    fn test(
-        &self,
-        package: &Package,
-        mutant: &str,
-        timeout: Duration,
-    ) -> anyhow::Result<&'static str> {
+    fn test(&self, package: &str, mutant: &str, timeout: Duration) -> anyhow::Result<&'static str> {
         let file = mutant.split(':').next().unwrap_or(mutant);
         let likeliest = namesakes(file);
         if !likeliest.is_empty() {
@@ -211,21 +199,15 @@ impl Tree {
     /// Runs the suites of a package with a mistake, or these tests of them and what is in the sources.
     fn stage(
         &self,
-        package: &Package,
+        package: &str,
         mutant: &str,
         timeout: Duration,
         only: &[String],
     ) -> anyhow::Result<&'static str> {
         let mut mutants = self.mutants();
-        mutants.args([
-            "--in-place",
-            "--baseline",
-            "skip",
-            "--package",
-            package.name,
-        ]);
+        mutants.args(["--in-place", "--baseline", "skip", "--package", package]);
         mutants.args(["--re", &format!("^{}$", literal(mutant))]);
-        mutants.args(["--test-package", &package.suites.join(",")]);
+        mutants.args(["--test-package", &SUITES.join(",")]);
         mutants.args(["--timeout", &timeout.as_secs().to_string()]);
         let results = self.folder.with_file_name("results");
         mutants.arg("--output").arg(&results);
