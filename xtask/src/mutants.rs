@@ -66,6 +66,16 @@ fn install(package: &str, command: &str) -> anyhow::Result<()> {
     checked(cargo("install").args([package, "--locked"]))
 }
 
+/// One small mistake.
+struct Mutant<'a> {
+    package: &'a str,
+    /// Place and change, as cargo-mutants lists it.
+    name: &'a str,
+    /// Its number in the list of its package, of how many.
+    shard: String,
+}
+
+/// Runs a sample of a package and reports it.
 fn sample(
     tree: &Tree,
     package: &str,
@@ -73,53 +83,45 @@ fn sample(
     arguments: &Arguments,
 ) -> anyhow::Result<()> {
     let list = printed(tree.mutants().args(["--list", "--package", package]));
-    let list = list.with_context(|| format!("cargo mutants lists nothing for {}", package))?;
-    let all: Vec<&str> = list.lines().collect();
-    let drawn = draw(all.clone(), arguments.sample, arguments.seed);
+    let list = list.with_context(|| format!("cargo mutants lists nothing for {package}"))?;
+    let of = list.lines().count();
+    let all = list.lines().enumerate().map(|(number, name)| Mutant {
+        package,
+        name,
+        shard: format!("{number}/{of}"),
+    });
+    let drawn = draw(all.collect(), arguments.sample, arguments.seed);
 
-    let start = Instant::now();
+    let (start, seed, number) = (Instant::now(), arguments.seed, drawn.len());
     let mut outcomes = Vec::new();
-    for (number, mutant) in drawn.iter().enumerate() {
+    for (mutant, index) in drawn.iter().zip(1..) {
         let begin = Instant::now();
-        let outcome = tree.test(package, mutant, timeout)?;
+        let outcome = tree.test(mutant, timeout)?;
         let seconds = begin.elapsed().as_secs();
         println!(
-            "{:>3}/{} {outcome:<8} {seconds:>4} s  {mutant}",
-            number + 1,
-            drawn.len()
+            "{index:>3}/{number} {outcome:<8} {seconds:>4} s  {}",
+            mutant.name
         );
-        outcomes.push((outcome, mutant));
+        outcomes.push((outcome, mutant.name));
     }
-    report(
-        package,
-        &outcomes,
-        all.len(),
-        arguments.seed,
-        start.elapsed(),
-    );
-    Ok(())
-}
-
-fn report(package: &str, outcomes: &[(&str, &&str)], of: usize, seed: u64, took: Duration) {
-    let count = |name| {
+    let count = |outcome| {
         outcomes
             .iter()
-            .filter(|(outcome, _)| *outcome == name)
+            .filter(|(other, _)| *other == outcome)
             .count()
     };
-    let counts = OUTCOMES.map(|name| format!("{} {name}", count(name)));
-    let number = outcomes.len();
-    println!(
-        "{}: {number} of {of} mutants, seed {seed}: {}; {:.0} s each",
-        package,
-        counts.join(", "),
-        took.as_secs_f64() / number.max(1) as f64,
-    );
-    for (outcome, mutant) in outcomes {
-        if ["missed", "timeout"].contains(outcome) {
-            println!("  {outcome} {mutant}");
-        }
+    let counts = OUTCOMES
+        .map(|outcome| format!("{} {outcome}", count(outcome)))
+        .join(", ");
+    let seconds = start.elapsed().as_secs() / number.max(1) as u64;
+    println!("{package}: {number} of {of} mutants, seed {seed}: {counts}; {seconds} s each");
+    for (outcome, name) in outcomes
+        .iter()
+        .filter(|(outcome, _)| ["missed", "timeout"].contains(outcome))
+    {
+        println!("  {outcome} {name}");
     }
+    Ok(())
 }
 
 /// What can become of a mutant. Each is the name of a file of cargo-mutants, too. An unviable one does not compile.
@@ -184,47 +186,49 @@ impl Tree {
     }
 
     /// Puts a mistake in and runs the tests, the likeliest first.
-    fn test(&self, package: &str, mutant: &str, timeout: Duration) -> anyhow::Result<&'static str> {
-        let file = mutant.split(':').next().unwrap_or(mutant);
-        let likeliest = namesakes(file);
+    fn test(&self, mutant: &Mutant, timeout: Duration) -> anyhow::Result<&'static str> {
+        let likeliest = namesakes(mutant.name.split(':').next().unwrap_or_default());
         if !likeliest.is_empty() {
-            let outcome = self.stage(package, mutant, timeout, &likeliest)?;
+            let outcome = self.stage(mutant, timeout, &likeliest)?;
             if outcome != "missed" {
                 return Ok(outcome);
             }
         }
-        self.stage(package, mutant, timeout, &[])
+        self.stage(mutant, timeout, &[])
     }
 
-    /// Runs the suites of a package with a mistake, or these tests of them and what is in the sources.
+    /// Runs the suites with a mistake, or of them these files of tests and what is tested inside of the sources.
     fn stage(
         &self,
-        package: &str,
-        mutant: &str,
+        mutant: &Mutant,
         timeout: Duration,
         only: &[String],
     ) -> anyhow::Result<&'static str> {
         let mut mutants = self.mutants();
-        mutants.args(["--in-place", "--baseline", "skip", "--package", package]);
-        mutants.args(["--re", &format!("^{}$", literal(mutant))]);
+        mutants.args([
+            "--in-place",
+            "--baseline",
+            "skip",
+            "--package",
+            mutant.package,
+        ]);
+        // Not by its name: a mutant that deletes a field runs whatever names are asked for (cargo-mutants 27.1).
+        mutants.args(["--shard", &mutant.shard]);
         mutants.args(["--test-package", &SUITES.join(",")]);
         mutants.args(["--timeout", &timeout.as_secs().to_string()]);
         let results = self.folder.with_file_name("results");
         mutants.arg("--output").arg(&results);
         if !only.is_empty() {
             mutants.args(["--cargo-arg", "--lib"]);
-            for test in only {
-                mutants.args(["--cargo-arg", &format!("--test={test}")]);
-            }
+            mutants.args(only.iter().map(|test| format!("--cargo-arg=--test={test}")));
         }
         let status = mutants.stdout(Stdio::null()).status()?;
-        let outcome = OUTCOMES.into_iter().find(|name| {
-            let file = results.join("mutants.out").join(format!("{name}.txt"));
-            std::fs::read_to_string(file).is_ok_and(|list| !list.is_empty())
+        let outcome = OUTCOMES.into_iter().find(|outcome| {
+            let file = results.join("mutants.out").join(format!("{outcome}.txt"));
+            std::fs::read_to_string(file).is_ok_and(|list| list.trim_end() == mutant.name)
         });
-        outcome.with_context(|| {
-            format!("cargo mutants gives no outcome for {mutant} ({status}): {mutants:?}")
-        })
+        let name = mutant.name;
+        outcome.with_context(|| format!("no outcome of {name}; {mutants:?} ended with {status}"))
     }
 
     /// `cargo mutants` in this copy.
@@ -263,18 +267,6 @@ fn namesakes(file: &str) -> Vec<String> {
     };
     let names = file.split(['/', '.']);
     names.filter(is_test).map(str::to_owned).collect()
-}
-
-/// A pattern that matches this text only.
-fn literal(text: &str) -> String {
-    let mut pattern = String::new();
-    for character in text.chars() {
-        if r"\.+*?()|[]{}^$#&-~".contains(character) {
-            pattern.push('\\');
-        }
-        pattern.push(character);
-    }
-    pattern
 }
 
 /// The first `number` of a shuffled list: Fisher-Yates with SplitMix64 (Steele, Lea, Flood 2014), whose values are so
