@@ -22,6 +22,7 @@
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
 //! | [`figure`] | figures and the numbers in them |
+//! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -32,6 +33,7 @@ pub mod capture;
 pub mod characteristics;
 pub mod cli;
 pub mod coefficient_file;
+pub mod columns;
 pub mod date;
 pub mod evaluation;
 pub mod figure;
