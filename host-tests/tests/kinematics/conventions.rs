@@ -211,7 +211,7 @@ fn the_worked_examples_of_the_documentation_are_true() {
     let text = include_str!("../../../docs/kinematics.md");
     let geometry = preset("rexroth_emotion8000");
     let [lower, upper] = hinges("rexroth_emotion8000");
-    for (name, convention) in ["gost", "zyx", "xyz"].into_iter().zip(ALL) {
+    for (name, convention) in ["gost", "zyx", "xyz", "z-down"].into_iter().zip(ALL) {
         let start = format!("| `{name}` | `");
         let row = text.lines().find(|line| line.starts_with(&start)).unwrap();
         let cells: Vec<Vec<f64>> = row
@@ -223,14 +223,15 @@ fn the_worked_examples_of_the_documentation_are_true() {
         let &[x, y, z, roll, pitch, yaw] = cells[0].as_slice() else {
             panic!("{row}");
         };
-        // The hinges in the axes of the convention: z up is (x, −z, y) of Y up.
+        // The hinges in the axes of the convention: z up is (x, −z, y) of Y up, z down is (x, z, −y).
         let axes = |v: Vector3<f64>| match convention {
             Convention::Gost => v,
+            Convention::ZDown => Vector3::new(v.x, v.z, -v.y),
             _ => Vector3::new(v.x, -v.z, v.y),
         };
         let matrix = match convention {
             Convention::Gost => ry(yaw) * rz(pitch) * rx(roll),
-            Convention::Zyx => rz(yaw) * ry(pitch) * rx(roll),
+            Convention::Zyx | Convention::ZDown => rz(yaw) * ry(pitch) * rx(roll),
             Convention::Xyz => rx(roll) * ry(pitch) * rz(yaw),
         };
         let pose = convention.pose(Vector3::new(x, y, z), Angles { roll, pitch, yaw });
