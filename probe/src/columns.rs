@@ -173,7 +173,7 @@ impl Found {
             Unit::Millimetre | Unit::Degree => String::new(),
         };
         Err(format!(
-            "{name} is {number} {symbol}, beyond ±{limit_text}{hint}"
+            "{name} is {number:?} {symbol}, beyond ±{limit_text}{hint}"
         ))
     }
 }
@@ -251,12 +251,12 @@ mod tests {
     fn a_number_in_another_unit_is_refused_with_the_name_that_is_right() {
         let [x, roll] = WANTED.map(|column| column.at(0));
         let far = x.si(1900.0).unwrap_err();
-        assert!(far.contains("x is 1900 m, beyond ±100 m") && far.contains("x_mm"));
+        assert!(far.contains("x is 1900.0 m, beyond ±100 m") && far.contains("x_mm"));
         let wide = roll.si(-10.0).unwrap_err();
-        assert!(wide.contains("roll is -10 rad, beyond ±π rad") && wide.contains("roll_deg"));
+        assert!(wide.contains("roll is -10.0 rad, beyond ±π rad") && wide.contains("roll_deg"));
         let [_, roll] = find(&["x", "roll_deg"], &WANTED).unwrap();
         let wide = roll.si(190.0).unwrap_err();
-        assert_eq!(wide, "roll is 190 deg, beyond ±π rad (180°)");
+        assert_eq!(wide, "roll is 190.0 deg, beyond ±π rad (180°)");
     }
 
     #[test]

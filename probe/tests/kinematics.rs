@@ -306,7 +306,7 @@ fn rows_that_are_no_rows_are_refused_with_file_line_and_reason() {
         (
             "pose --lengths - --seed 0,2,0,0,0,90",
             &home,
-            "yaw is 90 rad, beyond ±π rad (180°); if it is in degrees",
+            "yaw is 90.0 rad, beyond ±π rad (180°); if it is in degrees",
         ),
         (
             "pose --lengths - --convention zxy",

@@ -19,7 +19,7 @@ const LEAST_LENGTH_MAX_M: f64 = 0.01;
 pub fn geometry(file: &str, keys: &Keys) -> Result<Geometry<f64>, GeometryFileError> {
     let lower = hinges(file, "lower", &keys.lower, keys)?;
     let upper = hinges(file, "upper", &keys.upper, keys)?;
-    let metres = |key, value, range| keys.units.metres(file, key, value, range);
+    let metres = |key, value, range| keys.units.metres((file, key), value, range, "");
     let min_m = metres("length_min", keys.length_min, 0.0..=MAX_LENGTH_M)?;
     let max_m = metres(
         "length_max",
@@ -39,7 +39,7 @@ pub fn geometry(file: &str, keys: &Keys) -> Result<Geometry<f64>, GeometryFileEr
     let heights = Geometry::mid_stroke_heights(&lower, &upper, mid_m).map_err(base)?;
     match heights.map(with_home) {
         [Ok(_), Ok(_)] => {
-            let [above, below] = heights.map(|height| keys.units.from_metres(height));
+            let [above, below] = heights.map(|height| height * keys.units.per_metre());
             Err(GeometryFileError::EitherSide {
                 file: file.to_owned(),
                 above,
@@ -72,8 +72,8 @@ fn hinges(
         };
         let metres = |axis, value| {
             let key = format!("{key}.{axis}");
-            keys.units
-                .metres(file, &key, value, -MAX_LENGTH_M..=MAX_LENGTH_M)
+            let range = -MAX_LENGTH_M..=MAX_LENGTH_M;
+            keys.units.metres((file, &key), value, range, "")
         };
         let hinge = Vector3::new(metres("x", x)?, metres("y", y)?, metres("z", z)?);
         hinges[index] = match keys.axes {

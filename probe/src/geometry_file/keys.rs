@@ -50,41 +50,39 @@ pub enum Units {
 }
 
 impl Units {
-    /// `value` of the file in metres, or metres per s or s², when it is inside `range` of these.
+    /// `value` of the file in metres when it is inside `range` of these; in metres per s or s² where `per` is "/s" or
+    /// "/s²".
     pub fn metres(
         self,
-        file: &str,
-        key: &str,
+        (file, key): (&str, &str),
         value: f64,
         range: RangeInclusive<f64>,
+        per: &str,
     ) -> Result<f64, FileError> {
-        let (name, per_metre) = match self {
-            Self::Metres => ("m", 1.0),
-            Self::Millimetres => ("mm", 1000.0),
-        };
-        let metres = value / per_metre;
+        let metres = value / self.per_metre();
         if range.contains(&metres) {
             return Ok(metres);
         }
-        let (low, high) = (range.start() * per_metre, range.end() * per_metre);
-        let hint = match self {
+        let [low, high] = [range.start(), range.end()].map(|limit| limit * self.per_metre());
+        let (name, hint) = match self {
             Self::Metres if metres.abs() > *range.end() => {
-                "; if the file is in millimetres, add units = \"mm\""
+                ("m", "; if the file is in millimetres, add units = \"mm\"")
             }
+            Self::Metres => ("m", ""),
             Self::Millimetres if metres.abs() < *range.start() => {
-                "; if the file is in metres, leave out units"
+                ("mm", "; if the file is in metres, leave out units")
             }
-            _ => "",
+            Self::Millimetres => ("mm", ""),
         };
-        let limit = format!("it must be {low} to {high} ({name}){hint}");
+        let limit = format!("it must be {low} to {high} ({name}{per}){hint}");
         Err(FileError::value(file, key, value, limit))
     }
 
-    /// A length in metres in these units.
-    pub fn from_metres(self, metres: f64) -> f64 {
+    /// How many of these are a metre.
+    pub fn per_metre(self) -> f64 {
         match self {
-            Self::Metres => metres,
-            Self::Millimetres => metres * 1000.0,
+            Self::Metres => 1.0,
+            Self::Millimetres => 1000.0,
         }
     }
 }

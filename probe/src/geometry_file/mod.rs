@@ -91,26 +91,24 @@ impl GeometryFile {
             return Err(FileError::value(source, "name", format!("{:?}", keys.name), limit).into());
         }
         let units = keys.units;
-        let tolerance = keys
-            .hinge_tolerance
-            .map(|value| units.metres(source, "hinge_tolerance", value, 0.0..=0.01));
-        let limit = |key: &str, value: Option<f64>, range: RangeInclusive<f64>| {
-            value
-                .map(|value| units.metres(source, key, value, range))
-                .transpose()
+        let optional = |key: &str, value: Option<f64>, range: RangeInclusive<f64>, per: &str| {
+            let metres = |value| units.metres((source, key), value, range, per);
+            value.map(metres).transpose()
         };
         let angle = |key: &str, value: Option<f64>| {
             let within = |value| files::within(source, key, value, 1.0..=90.0);
             value.map(within).transpose()
         };
+        let tolerance = optional("hinge_tolerance", keys.hinge_tolerance, 0.0..=0.01, "")?;
         Ok(Self {
             geometry: base::geometry(source, &keys)?,
-            hinge_tolerance_m: tolerance.transpose()?.unwrap_or(DEFAULT_HINGE_TOLERANCE_M),
-            speed_max_m_s: limit("speed_max", keys.speed_max, SPEEDS_M_S)?,
-            acceleration_max_m_s2: limit(
+            hinge_tolerance_m: tolerance.unwrap_or(DEFAULT_HINGE_TOLERANCE_M),
+            speed_max_m_s: optional("speed_max", keys.speed_max, SPEEDS_M_S, "/s")?,
+            acceleration_max_m_s2: optional(
                 "acceleration_max",
                 keys.acceleration_max,
                 ACCELERATIONS_M_S2,
+                "/s²",
             )?,
             lower_hinge_angle_max_deg: angle(
                 "lower_hinge_angle_max_deg",
