@@ -129,6 +129,8 @@ impl GeometryFile {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]
