@@ -47,7 +47,7 @@ pub fn figure(base: &GeometryFile) -> String {
 #[must_use]
 pub fn page(base: &GeometryFile) -> String {
     let title = format!("{} at home", base.name);
-    let mut drawing = Drawing::new(&title, END + 13.0 * LINE);
+    let mut drawing = Drawing::new(&title, END + 12.0 * LINE);
     draw(&mut drawing, base);
     let mut line = |number: u8, cells: &[(f64, String)]| {
         for (x, text) in cells {
@@ -86,7 +86,7 @@ pub fn page(base: &GeometryFile) -> String {
     }
     let notes = [
         "Jack k runs from lower hinge k (square, fixed to the earth) to upper hinge k (dot, fixed to the platform).",
-        "X points forward, Y up, Z to the right; O is the origin of the upper hinges, and lies above the origin of the lower ones.",
+        "X points forward, Y up, Z to the right; O is the origin of the upper hinges, on the vertical through that of the lower ones.",
         "A file with axes \"z-up\" has x = X, y = \u{2212}Z, z = Y; one with \"z-down\" has x = X, y = Z, z = \u{2212}Y.",
     ];
     for (number, note) in (8..).zip(notes) {
@@ -191,5 +191,48 @@ impl View {
         drawing.text(right + 4.0, y + 4.0, Anchor::Start, "name", self.axes[0]);
         drawing.text(x, top - 4.0, Anchor::Middle, "name", self.axes[1]);
         drawing.text(x - 4.0, y + 13.0, Anchor::End, "name", "O");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// Where the first text of this content stands: the number at a lower hinge.
+    fn place(figure: &str, content: &str) -> Point {
+        let end = figure.find(&format!(">{content}</text>")).unwrap();
+        let element = &figure[figure[..end].rfind("<text").unwrap()..end];
+        let number = |name: &str| -> f64 {
+            let value = element.split_once(&format!(" {name}=\"")).unwrap().1;
+            value.split('"').next().unwrap().parse().unwrap()
+        };
+        (number("x"), number("y"))
+    }
+
+    /// Hinge 1 of this base is at X 1.60 m, Z −2.05 m: ahead on the left; hinge 2 is ahead on the right.
+    #[test]
+    fn jack_one_is_ahead_on_the_left_and_the_numbers_run_clockwise_from_above() {
+        let figure = figure(&GeometryFile::load("il-96-300").unwrap());
+        let (x, y) = place(&figure, "O");
+        let angles = [1, 2, 3, 4, 5, 6].map(|jack| {
+            let (right, down) = place(&figure, &jack.to_string());
+            (right - x).atan2(y - down)
+        });
+        assert!(angles[0] < 0.0 && angles[0] > -TAU / 4.0, "{angles:?}");
+        for jack in 1..6 {
+            let step = (angles[jack] - angles[jack - 1]).rem_euclid(TAU);
+            assert!((0.0..TAU / 4.0).contains(&step), "{angles:?}");
+        }
+    }
+
+    #[test]
+    fn the_figure_of_the_documentation_is_what_the_command_prints() {
+        let page = page(&GeometryFile::load("il-96-300").unwrap());
+        assert!(
+            page == include_str!("../../docs/jacks.svg"),
+            "run: cargo hexsense kinematics figure --geometry il-96-300 --out docs/jacks.svg"
+        );
     }
 }
