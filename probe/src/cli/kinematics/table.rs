@@ -1,13 +1,16 @@
 //! Tables of numbers as CSV: six columns are read, by the names in the header or, without a header, by their order.
+//! [`columns`] says what the names mean.
 //!
 //! A first row in which no cell is a number is a header. Empty lines are passed over, but counted. Lines are read as
 //! they are needed, so a table of any length takes little memory.
 
+use std::array;
 use std::fmt::{Display, Write};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
+use crate::columns::{self, Column, Found};
 use crate::files::FileError;
 
 /// Longest line of a table, bytes; six numbers and what stands beside them are far shorter.
@@ -16,7 +19,7 @@ const MAX_LINE: u64 = 65_536;
 /// The places of the six wanted columns in a row.
 pub struct Columns {
     file: String,
-    places: [usize; 6],
+    found: [Found; 6],
     /// Cells of a row.
     width: usize,
 }
@@ -42,26 +45,26 @@ pub struct Row {
     text: Result<String, String>,
 }
 
-/// Opens the table at `path`, or standard input when that is `-`, and finds the columns `names`.
+/// Opens the table at `path`, or standard input when that is `-`, and finds the columns `wanted`.
 ///
 /// # Errors
 /// [`FileError::Read`], and [`FileError::Line`] when the header lacks a column or there is not a single line.
-pub fn open(path: &Path, names: &[&str; 6]) -> Result<(Columns, Lines), FileError> {
+pub fn open(path: &Path, wanted: &[Column; 6]) -> Result<(Columns, Lines), FileError> {
     if path == Path::new("-") {
         let reader = Box::new(BufReader::new(io::stdin()));
-        return parse("standard input".to_owned(), reader, None, names);
+        return parse("standard input".to_owned(), reader, None, wanted);
     }
     let file = path.display().to_string();
     match File::open(path) {
         Ok(opened) => {
             let size = opened.metadata().ok().map(|metadata| metadata.len());
-            parse(file, Box::new(BufReader::new(opened)), size, names)
+            parse(file, Box::new(BufReader::new(opened)), size, wanted)
         }
         Err(reason) => Err(FileError::Read { file, reason }),
     }
 }
 
-/// Finds the columns `names` in what `reader` reads from `file`.
+/// Finds the columns `wanted` in what `reader` reads from `file`.
 ///
 /// # Errors
 /// As [`open`].
@@ -69,11 +72,11 @@ pub fn parse(
     file: String,
     reader: Box<dyn BufRead>,
     size: Option<u64>,
-    names: &[&str; 6],
+    wanted: &[Column; 6],
 ) -> Result<(Columns, Lines), FileError> {
     let mut columns = Columns {
         file,
-        places: [0, 1, 2, 3, 4, 5],
+        found: array::from_fn(|place| wanted[place].at(place)),
         width: 6,
     };
     let mut lines = Lines {
@@ -88,7 +91,8 @@ pub fn parse(
             line: 1,
             text: Ok(String::new()),
         };
-        let problem = format!("there is no row; give six columns {}", names.join(","));
+        let names = wanted.map(|column| column.name).join(",");
+        let problem = format!("there is no row; give six columns {names}");
         return Err(columns.error(&nothing, problem));
     };
     let text = columns.text(&first)?;
@@ -97,16 +101,9 @@ pub fn parse(
         return Ok((columns, lines));
     }
     let header: Vec<&str> = cells(text).collect();
-    let mut places = columns.places;
-    for (place, name) in places.iter_mut().zip(names) {
-        *place = header.iter().position(|cell| cell == name).ok_or_else(|| {
-            let all = names.join(",");
-            let problem = format!("the header has no {name}; it must have {all}");
-            columns.error(&first, problem)
-        })?;
-    }
+    let found = columns::find(&header, wanted);
+    columns.found = found.map_err(|problem| columns.error(&first, problem))?;
     columns.width = header.len();
-    columns.places = places;
     Ok((columns, lines))
 }
 
@@ -170,7 +167,7 @@ impl Row {
 }
 
 impl Columns {
-    /// The six numbers of a row, all finite.
+    /// The six numbers of a row, in metres and radians.
     ///
     /// # Errors
     /// [`FileError::Line`].
@@ -183,8 +180,9 @@ impl Columns {
         }
         let mut numbers = [0.0; 6];
         for (place, cell) in cells(text).enumerate() {
-            if let Some(column) = self.places.iter().position(|wanted| *wanted == place) {
-                numbers[column] = number(cell).map_err(|problem| self.error(row, problem))?;
+            if let Some(column) = self.found.iter().position(|found| found.place == place) {
+                let number = number(cell).and_then(|number| self.found[column].si(number));
+                numbers[column] = number.map_err(|problem| self.error(row, problem))?;
             }
         }
         Ok(numbers)
@@ -218,16 +216,19 @@ fn number(cell: &str) -> Result<f64, String> {
     }
 }
 
-/// Six finite numbers with commas between them, as on a command line.
+/// The six numbers of the columns `wanted`, m and rad, with commas between them, as on a command line.
 ///
 /// # Errors
 /// What is wrong, in words.
-pub fn six(text: &str) -> Result<[f64; 6], String> {
+pub fn six(text: &str, wanted: &[Column; 6]) -> Result<[f64; 6], String> {
     let numbers = cells(text).map(number).collect::<Result<Vec<_>, _>>()?;
-    let count = numbers.len();
-    numbers
+    let mut six: [f64; 6] = numbers
         .try_into()
-        .map_err(|_| format!("{count} numbers; there must be 6"))
+        .map_err(|numbers: Vec<f64>| format!("{} numbers; there must be 6", numbers.len()))?;
+    for (place, number) in six.iter_mut().enumerate() {
+        *number = wanted[place].at(place).si(*number)?;
+    }
+    Ok(six)
 }
 
 /// Appends numbers to a line, with commas between them and digits enough to read the same numbers back.
