@@ -22,6 +22,7 @@
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
 //! | [`figure`] | figures and the numbers in them |
+//! | [`templates`] | files to start from |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -46,3 +47,4 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod sensor_file;
+pub mod templates;

@@ -84,7 +84,7 @@ fn what_could_be_read_in_two_ways_is_refused_with_line_separator_and_mend() {
         &["line 3", "\"2.9\" has a decimal point", "decimal commas"],
     );
     assert_refused(
-        &format!("{header}2;2;2;2;2;2.5\n2,9;2,9;2,9;2,9;2,9;2,9\n"),
+        &format!("{header}2.9;2.9;2.9;2.9;2.9;2.9\n2,9;2,9;2,9;2,9;2,9;2,9\n"),
         &["\"2,9\" has a decimal comma", "decimal points"],
     );
     // Commas for both: twelve cells where six are wanted.

@@ -124,7 +124,7 @@ fn people_read_metres_and_degrees_or_why_there_is_no_pose() {
     let (_, reports) = moving(&set);
     let text = line(&reports[9], &set).unwrap();
     assert!(
-        text.contains("m; roll 5.") && text.contains("condition number"),
+        text.contains("m; roll 5.") && text.contains("cond(J)"),
         "{text}"
     );
     let none = PoseReport {

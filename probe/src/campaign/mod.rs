@@ -228,10 +228,10 @@ fn other(folder: &Path, what: &str) -> CampaignError {
     }
 }
 
-/// Whether the file `name` of the folder is absent or has exactly this text.
+/// Whether the file `name` of the folder is absent or has exactly these lines.
 fn same_or_absent(folder: &Path, name: &str, what: &str, text: &str) -> Result<(), CampaignError> {
     let path = folder.join(name);
-    if path.exists() && files::read(&path)? != text {
+    if path.exists() && !files::read(&path)?.lines().eq(text.lines()) {
         return Err(other(folder, what));
     }
     Ok(())

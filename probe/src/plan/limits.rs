@@ -11,7 +11,7 @@
 //!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %;
 //! - hinge angle: as [`super::hinges`] says; condition number: as [`super::conditioning`] says.
 
-use super::conditioning::{Conditioning, MAX_CONDITION, conditioning};
+use super::conditioning::{BetterOrder, Conditioning, MAX_CONDITION, better_order, conditioning};
 use super::hinges::{HingeUse, Joint, closest};
 use super::uses::{Quantity, Use, Uses, uses};
 use super::{Plan, Run};
@@ -68,7 +68,8 @@ pub enum BeyondLimit {
     /// The jacks would hardly hold the platform.
     #[error(
         "run {run} comes close to a pose in which the jacks do not hold the platform: at {time_s:.3} s the condition \
-         number of the Jacobian may reach {bound:.1}, limit {MAX_CONDITION}; make the movement smaller"
+         number of the Jacobian may reach {bound:.1}, limit {MAX_CONDITION}; {}",
+        advice(*better_order)
     )]
     Condition {
         /// Name of the run.
@@ -77,7 +78,25 @@ pub enum BeyondLimit {
         time_s: f64,
         /// What the condition number stays below, without unit.
         bound: f64,
+        /// How the upper hinges should perhaps be listed.
+        better_order: Option<BetterOrder>,
     },
+}
+
+fn advice(order: Option<BetterOrder>) -> String {
+    let Some(order) = order else {
+        return "make the movement smaller".to_owned();
+    };
+    let BetterOrder {
+        first,
+        condition,
+        now,
+    } = order;
+    format!(
+        "in the geometry file, lower and upper do not seem to begin with the same jack: if upper began with its hinge \
+         {first}, the condition number at home would be {condition:.1} instead of {now:.1}. List both in the order of the \
+         jacks, or else make the movement smaller"
+    )
 }
 
 /// A run that the base can make.
@@ -171,6 +190,7 @@ fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked,
         run: run.name.clone(),
         time_s: conditioning.time_s,
         bound: conditioning.bound,
+        better_order: better_order(&geometry.geometry),
     })
 }
 
@@ -301,6 +321,29 @@ mod tests {
             panic!("{refusal}");
         };
         assert!(bound > MAX_CONDITION && time_s > 0.0);
+    }
+
+    #[test]
+    fn upper_hinges_that_begin_with_another_jack_are_named_and_right_ones_are_not() {
+        for name in crate::geometry_file::preset_names() {
+            let geometry = GeometryFile::load(name).unwrap().geometry;
+            assert_eq!(better_order(&geometry), None, "{name}");
+        }
+        let (_, text) = geometries::PRESETS[2];
+        let (before, upper) = text.split_once("upper = [").unwrap();
+        let first = "  [1.5, 0.0, 0.0],\n";
+        // The first hinge goes behind the last.
+        let upper = upper.replacen(first, "", 1);
+        let upper = upper.replace(",\n]", &format!(",\n{first}]"));
+        let text = format!("{before}upper = [{upper}");
+        let geometry = GeometryFile::parse("an.toml", &text).unwrap();
+        let plan = campaign::plan(&geometry).unwrap();
+        let said = check(&plan, &geometry).unwrap_err().to_string();
+        assert!(
+            said.contains("lower and upper do not seem to begin"),
+            "{said}"
+        );
+        assert!(said.contains("if upper began with its hinge 6"), "{said}");
     }
 
     #[test]
