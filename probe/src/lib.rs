@@ -23,6 +23,7 @@
 //! | [`date`] | dates as people read them |
 //! | [`figure`] | figures and the numbers in them |
 //! | [`templates`] | files to start from |
+//! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
@@ -33,6 +34,7 @@ pub mod capture;
 pub mod characteristics;
 pub mod cli;
 pub mod coefficient_file;
+pub mod columns;
 pub mod date;
 pub mod evaluation;
 pub mod figure;

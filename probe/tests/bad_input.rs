@@ -105,7 +105,7 @@ fn geometry_files_that_are_no_motion_base() {
         (
             "lower = [\n  [1.354455246,",
             "lower = [\n  [nan,",
-            &["geometry.toml: lower[1].x", "NaN", "-100 to 100"],
+            &["geometry.toml: lower[1].x", "NaN", "-100 to 100 (m)"],
         ),
         (
             "length_min = 2.10",

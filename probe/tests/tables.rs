@@ -99,11 +99,11 @@ fn what_could_be_read_in_two_ways_is_refused_with_line_separator_and_mend() {
     );
     assert_refused(
         "l1;l2;l3;l4;l5;l6;l1\n2,9;2,9;2,9;2,9;2,9;2,9;3\n",
-        &["line 1", "l1 twice, in columns 1 and 7", "delete or rename"],
+        &["line 1", "l1 twice, as column 1 and column 7", "keep one"],
     );
     assert_refused(
         "l1 l2 l3 l4 l5 l6\n2.9 2.9 2.9 2.9 2.9 2.9\n",
-        &["line 1", "commas", "l1 l2"],
+        &["line 1", "no l1", "taken apart at commas"],
     );
     assert_refused(
         "l1;l2\tl3;l4;l5;l6\n",

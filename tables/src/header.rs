@@ -12,33 +12,6 @@ pub fn names(format: Format, line: &str) -> Vec<&str> {
     names
 }
 
-/// The place, from 0, of the column `name`.
-///
-/// # Errors
-/// [`Problem::Twice`], and [`Problem::NoColumn`] with the columns that are `wanted`.
-pub fn place(
-    format: Format,
-    names: &[&str],
-    name: &str,
-    wanted: &[&str],
-) -> Result<usize, Problem> {
-    let mut places = (0..names.len()).filter(|place| names[*place] == name);
-    match (places.next(), places.next()) {
-        (Some(first), Some(second)) => Err(Problem::Twice {
-            name: name.to_owned(),
-            first: first + 1,
-            second: second + 1,
-        }),
-        (Some(place), None) => Ok(place),
-        (None, _) => Err(Problem::NoColumn {
-            name: name.to_owned(),
-            wanted: wanted.join(","),
-            found: names.join(" "),
-            separator: format.separator(),
-        }),
-    }
-}
-
 /// Whether the header `line` has the columns of `wanted`, names with commas between them, in this order.
 ///
 /// # Errors

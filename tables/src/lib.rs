@@ -29,6 +29,6 @@ mod table;
 
 pub use cells::{Cell, Cells};
 pub use format::{Format, Mark, Separator};
-pub use header::{expect, names, place};
+pub use header::{expect, names};
 pub use problem::Problem;
 pub use table::{BYTE_ORDER_MARK, Line, Table};

@@ -30,20 +30,6 @@ pub enum Problem {
         /// The whole header.
         wanted: String,
     },
-    /// The header lacks a column.
-    #[error(
-        "the header has no {name}; it must have {wanted}. Its cells were taken apart at {separator}s: {found}"
-    )]
-    NoColumn {
-        /// The column that is missing.
-        name: String,
-        /// The columns that there must be.
-        wanted: String,
-        /// The columns that there are.
-        found: String,
-        /// The separator.
-        separator: Separator,
-    },
     /// A column that occurs twice.
     #[error(
         "the header has {name} twice, in columns {first} and {second}; delete or rename one of them"

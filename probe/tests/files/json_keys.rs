@@ -54,10 +54,10 @@ impl Asked<'_> {
 }
 
 macro_rules! leaves {
-    ($($method:ident: $visit:ident($value:expr),)*) => {
+    ($($method:ident: $visit:ident($($value:expr)?),)*) => {
         $(fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
             self.leaf();
-            visitor.$visit($value)
+            visitor.$visit($($value)?)
         })*
     };
 }

@@ -1,8 +1,10 @@
 //! Tables of numbers: six columns are read, by the names in the header or, without a header, by their order.
+//! [`columns`] says what the names mean.
 //!
 //! A first row in which no cell is a number is a header. How lines are written, and what is passed over, is for the crate
 //! [`tables`] to say. Lines are read as they are needed, so a table of any length takes little memory.
 
+use std::array;
 use std::fmt::{Display, Write};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -10,6 +12,7 @@ use std::path::Path;
 
 use tables::{BYTE_ORDER_MARK, Format, Problem};
 
+use crate::columns::{self, Column, Found};
 use crate::files::FileError;
 
 /// Longest line of a table, bytes; six numbers and what stands beside them are far shorter.
@@ -18,7 +21,7 @@ const MAX_LINE: u64 = 65_536;
 /// The places of the six wanted columns in a row.
 pub struct Columns {
     file: String,
-    places: [usize; 6],
+    found: [Found; 6],
     /// Cells of a row.
     width: usize,
 }
@@ -48,26 +51,26 @@ pub struct Row {
     text: Result<String, String>,
 }
 
-/// Opens the table at `path`, or standard input when that is `-`, and finds the columns `names`.
+/// Opens the table at `path`, or standard input when that is `-`, and finds the columns `wanted`.
 ///
 /// # Errors
 /// [`FileError::Read`], and [`FileError::Line`] when the header lacks a column or there is not a single line.
-pub fn open(path: &Path, names: &[&str; 6]) -> Result<(Columns, Lines), FileError> {
+pub fn open(path: &Path, wanted: &[Column; 6]) -> Result<(Columns, Lines), FileError> {
     if path == Path::new("-") {
         let reader = Box::new(BufReader::new(io::stdin()));
-        return parse("standard input".to_owned(), reader, None, names);
+        return parse("standard input".to_owned(), reader, None, wanted);
     }
     let file = path.display().to_string();
     match File::open(path) {
         Ok(opened) => {
             let size = opened.metadata().ok().map(|metadata| metadata.len());
-            parse(file, Box::new(BufReader::new(opened)), size, names)
+            parse(file, Box::new(BufReader::new(opened)), size, wanted)
         }
         Err(reason) => Err(FileError::Read { file, reason }),
     }
 }
 
-/// Finds the columns `names` in what `reader` reads from `file`.
+/// Finds the columns `wanted` in what `reader` reads from `file`.
 ///
 /// # Errors
 /// As [`open`].
@@ -75,11 +78,11 @@ pub fn parse(
     file: String,
     reader: Box<dyn BufRead>,
     size: Option<u64>,
-    names: &[&str; 6],
+    wanted: &[Column; 6],
 ) -> Result<(Columns, Lines), FileError> {
     let mut columns = Columns {
         file,
-        places: [0, 1, 2, 3, 4, 5],
+        found: array::from_fn(|place| wanted[place].at(place)),
         width: 6,
     };
     let mut lines = Lines {
@@ -91,7 +94,8 @@ pub fn parse(
         size,
     };
     let Some(first) = lines.next() else {
-        let problem = format!("there is no row; give six columns {}", names.join(","));
+        let names = wanted.map(|column| column.name).join(",");
+        let problem = format!("there is no row; give six columns {names}");
         return Err(columns.line_error(1, problem));
     };
     let (format, text) = (first.format, columns.text(&first)?);
@@ -100,13 +104,12 @@ pub fn parse(
         return Ok((columns, lines));
     }
     let header = tables::names(format, text);
-    let mut places = columns.places;
-    for (place, name) in places.iter_mut().zip(names) {
-        *place = tables::place(format, &header, name, names)
-            .map_err(|problem| columns.error(&first, problem))?;
-    }
+    columns.found = columns::find(&header, wanted).map_err(|problem| {
+        let separator = format.separator();
+        let problem = format!("{problem}. Its cells were taken apart at {separator}s");
+        columns.error(&first, problem)
+    })?;
     columns.width = header.len();
-    columns.places = places;
     Ok((columns, lines))
 }
 
@@ -196,7 +199,7 @@ impl Row {
 }
 
 impl Columns {
-    /// The six numbers of a row, all finite.
+    /// The six numbers of a row, in metres and radians.
     ///
     /// # Errors
     /// [`FileError::Line`].
@@ -208,10 +211,10 @@ impl Columns {
             if place < self.width || !cell.text.is_empty() {
                 cells = place + 1;
             }
-            if let Some(column) = self.places.iter().position(|wanted| *wanted == place) {
-                numbers[column] = format
-                    .finite(cell)
-                    .map_err(|problem| self.error(row, problem))?;
+            if let Some(column) = self.found.iter().position(|found| found.place == place) {
+                let number = format.finite(cell).map_err(|problem| problem.to_string());
+                let number = number.and_then(|number| self.found[column].si(number));
+                numbers[column] = number.map_err(|problem| self.error(row, problem))?;
             }
         }
         if cells == self.width {
@@ -247,20 +250,23 @@ impl Columns {
     }
 }
 
-/// Six finite numbers with commas between them, as on a command line.
+/// The six numbers of the columns `wanted`, m and rad, with commas between them, as on a command line.
 ///
 /// # Errors
 /// What is wrong, in words.
-pub fn six(text: &str) -> Result<[f64; 6], String> {
+pub fn six(text: &str, wanted: &[Column; 6]) -> Result<[f64; 6], String> {
     let format = Format::COMMAS;
     let numbers = format.cells(text).map(|cell| format.finite(cell));
     let numbers: Vec<f64> = numbers
         .collect::<Result<_, _>>()
         .map_err(|problem| problem.to_string())?;
-    let count = numbers.len();
-    numbers
+    let mut six: [f64; 6] = numbers
         .try_into()
-        .map_err(|_| format!("{count} numbers; there must be 6"))
+        .map_err(|numbers: Vec<f64>| format!("{} numbers; there must be 6", numbers.len()))?;
+    for (place, number) in six.iter_mut().enumerate() {
+        *number = wanted[place].at(place).si(*number)?;
+    }
+    Ok(six)
 }
 
 /// Appends numbers to a line, with commas between them and digits enough to read the same numbers back.
