@@ -103,6 +103,10 @@ fn a_plan_prints_the_gravity_that_it_uses_and_where_it_comes_from() {
         text.contains("warning: latitude_deg is 0.973: is it in radians?"),
         "{text}"
     );
+    // `calibrate` says so before it asks for the board.
+    let nobody = "calibrate --port tcp:127.0.0.1:1 --geometry an-74tk-200 --sensors sensors.toml --out c";
+    let (_, text) = said(&with(value), nobody);
+    assert!(text.contains("gravity: 9.80665 ± 0.0005 m/s²"), "{text}");
     // At 55.75° normal gravity is 9.815.
     let both = with("gravity_m_s2 = 9.80665\nlatitude_deg = 55.75\nheight_m = 150.0");
     let words = [
