@@ -21,12 +21,14 @@
 //! | [`interrupt`] | Ctrl-C, which stops a recording in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
+//! | [`base_figure`] | the motion base with the numbers of its jacks |
 //! | [`figure`] | figures and the numbers in them |
 //! | [`templates`] | files to start from |
 //! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
+pub mod base_figure;
 pub mod board_events;
 pub mod board_pose;
 pub mod campaign;

@@ -104,7 +104,8 @@ fn a_plan_prints_the_gravity_that_it_uses_and_where_it_comes_from() {
         "{text}"
     );
     // `calibrate` says so before it asks for the board.
-    let nobody = "calibrate --port tcp:127.0.0.1:1 --geometry an-74tk-200 --sensors sensors.toml --out c";
+    let nobody =
+        "calibrate --port tcp:127.0.0.1:1 --geometry an-74tk-200 --sensors sensors.toml --out c";
     let (_, text) = said(&with(value), nobody);
     assert!(text.contains("gravity: 9.80665 ± 0.0005 m/s²"), "{text}");
     // At 55.75° normal gravity is 9.815.

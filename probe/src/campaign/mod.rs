@@ -7,6 +7,7 @@
 //! campaign.json       how it was begun, see [`begun`]
 //! board.json          what was read from the board
 //! programs/NAME.csv   jack programs
+//! base.svg            the motion base with the numbers of its jacks (by `hexsense plan`)
 //! margins.svg         how much of stroke, speed and acceleration they use (by `hexsense plan`)
 //! captures/NAME.csv   scans of a run, see [`crate::capture`]
 //! captures/NAME.json  what is known of a run beside its scans

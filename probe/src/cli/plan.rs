@@ -6,6 +6,7 @@ use clap::Args;
 use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 
 use super::arguments::{Base, print_gravity};
+use crate::base_figure;
 use crate::campaign::{Campaign, CampaignError};
 use crate::files;
 use crate::geometry_file::GeometryFile;
@@ -33,7 +34,8 @@ pub struct Plan {
     /// of every gain is predicted
     #[arg(long, value_name = "FILE")]
     sensors: Option<PathBuf>,
-    /// Write plan.toml, the jack programs (CSV) and a figure of their margins (SVG) into this folder
+    /// Write plan.toml, the jack programs (CSV) and figures of their margins and of the base with the numbers
+    /// of its jacks (SVG) into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -74,8 +76,9 @@ impl Plan {
             refuse_other_plan(folder, &plan)?;
             Campaign::write_plan(folder, &plan, &geometry)?;
             files::replace(&folder.join("margins.svg"), &margins(&plan, &geometry))?;
+            files::replace(&folder.join("base.svg"), &base_figure::page(&geometry))?;
             println!(
-                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg",
+                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg, {0}/base.svg",
                 folder.display()
             );
         }
