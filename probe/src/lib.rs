@@ -23,6 +23,7 @@
 //! | [`date`] | dates as people read them |
 //! | [`base_figure`] | the motion base with the numbers of its jacks |
 //! | [`figure`] | figures and the numbers in them |
+//! | [`templates`] | files to start from |
 //! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
@@ -50,3 +51,4 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod sensor_file;
+pub mod templates;

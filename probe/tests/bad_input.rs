@@ -263,7 +263,7 @@ fn sensor_files_with_impossible_numbers() {
     let port = port(|_| {});
     let message = refusal(&folder, &calibrate(&port));
     assert!(
-        message.contains("sensors.toml: gravity_m_s2 is 980.665; it must be 9.7 to 9.9"),
+        message.contains("sensors.toml: gravity_m_s2 is 980.665; it must be 9.764 to 9.834"),
         "{message}"
     );
 }

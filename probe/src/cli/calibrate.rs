@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{Controller, Date, Port, Waiting};
+use super::arguments::{Controller, Date, Port, Waiting, print_gravity};
 use super::broken_off::typed;
 use super::{progress, report};
 use crate::analysis::results::Results;
@@ -70,6 +70,7 @@ impl Calibrate {
     /// Files, link, motion controller and analysis.
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, begun) = self.campaign()?;
+        print_gravity(&campaign.sensors);
         campaign.check_complete()?;
         // The board must be able to use them; that is seen before anything moves.
         let (base, jacks) = base_and_jacks(&campaign);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 
-use super::arguments::Base;
+use super::arguments::{Base, print_gravity};
 use crate::base_figure;
 use crate::campaign::{Campaign, CampaignError};
 use crate::files;
@@ -61,9 +61,14 @@ impl Plan {
         let checked = limits::check(&plan, &geometry)
             .map_err(|reason| CampaignError::Limits { file, reason })?;
         let sensors = self.sensors.as_deref().map(SensorFile::load).transpose()?;
-        let forecast = sensors.map(|sensors| forecast(&plan, &geometry, &sensors));
-        let forecast = forecast.transpose()?;
+        let forecast = match &sensors {
+            Some(sensors) => Some(forecast(&plan, &geometry, sensors)?),
+            None => None,
+        };
         print!("{}", table(&plan, &checked, &geometry));
+        if let Some(sensors) = &sensors {
+            print_gravity(sensors);
+        }
         if let Some(forecast) = &forecast {
             print!("\n{}", predicted(forecast));
         }

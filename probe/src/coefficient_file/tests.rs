@@ -170,3 +170,20 @@ fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
         named(33)
     );
 }
+
+#[test]
+fn a_file_of_version_1_is_refused_with_the_way_to_version_2() {
+    let text = to_text("c.toml", &set()).unwrap();
+    // Version 1 had neither base nor jacks.
+    let (old, _) = text.split_once("[base]").unwrap();
+    let old = old.replace("version 2", "version 1");
+    let said = parse("c.toml", &old).unwrap_err().to_string();
+    for words in [
+        "format is \"hexsense coefficients, version 1\"",
+        "lacks the base and the jacks",
+        "hexsense calibrate",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(!said.contains("cut off"), "{said}");
+}

@@ -121,12 +121,8 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
 fn gravity(sensors: &SensorFile) -> String {
     let gravity = &sensors.gravity;
     let [value, uncertainty] = rounded(gravity.m_s2, gravity.uncertainty_m_s2);
-    let source = match gravity.place {
-        Some((latitude_deg, height_m)) => {
-            format!("normal gravity of WGS 84 at latitude {latitude_deg}° and height {height_m} m")
-        }
-        None => "by the sensor file".to_owned(),
-    };
+    let source = gravity.source();
+    let source = text(&source);
     format!("{value} ± {uncertainty} m/s² (1σ), {source}")
 }
 

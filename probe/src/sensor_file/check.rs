@@ -6,6 +6,11 @@ use hexsense_core::channel::Triad;
 use super::{Gravity, SensorFile, TriadSheet};
 use crate::files::{self, FileError};
 
+/// Least and greatest gravity on the Earth's surface, m/s²: on Huascarán and in the Arctic Ocean (Hirt et al. 2013).
+const ON_EARTH_M_S2: [f64; 2] = [9.764, 9.834];
+/// How far a value may be from normal gravity of its place, relative: twice the usual size of anomalies.
+const AGREEMENT: f64 = 1e-4;
+
 impl SensorFile {
     /// Refuses numbers that no data sheet has.
     pub(super) fn check(&self, file: &str) -> Result<(), FileError> {
@@ -57,30 +62,56 @@ impl SensorFile {
         Ok(())
     }
 
-    /// Gravity by value or by place.
+    /// Gravity by value, by place, or by both, which are then compared.
     pub(super) fn gravity_of(&self, file: &str) -> Result<Gravity, FileError> {
         let within = |key: &str, value: f64, low: f64, high: f64| {
             files::within(file, key, value, low..=high)
         };
         let stated = self.gravity_uncertainty_m_s2.unwrap_or(ANOMALY_M_S2);
         let uncertainty_m_s2 = within("gravity_uncertainty_m_s2", stated, 0.0, 0.1)?;
-        let (m_s2, place) = match (self.gravity_m_s2, self.latitude_deg, self.height_m) {
-            (Some(value), None, None) => (within("gravity_m_s2", value, 9.7, 9.9)?, None),
-            (None, Some(latitude_deg), Some(height_m)) => {
+        let [low, high] = ON_EARTH_M_S2;
+        let value = self.gravity_m_s2;
+        let value = value.map(|value| within("gravity_m_s2", value, low, high));
+        let value = value.transpose()?;
+        let place = match (self.latitude_deg, self.height_m) {
+            (Some(latitude_deg), Some(height_m)) => {
                 within("latitude_deg", latitude_deg, -90.0, 90.0)?;
                 within("height_m", height_m, -500.0, 9_000.0)?;
-                let value = normal_gravity_m_s2(latitude_deg.to_radians(), height_m);
-                (value, Some((latitude_deg, height_m)))
+                Some((latitude_deg, height_m))
             }
-            (value, ..) => {
-                let value = value.map_or("not given".to_owned(), |value| value.to_string());
-                let limit = "given alone, or else latitude_deg and height_m both";
+            (None, None) => None,
+            (latitude_deg, _) => {
+                let (there, missing) = match latitude_deg {
+                    Some(_) => ("latitude_deg", "height_m"),
+                    None => ("height_m", "latitude_deg"),
+                };
+                let limit = format!("gravity of a place needs {there} and {missing}");
+                return Err(FileError::value(file, missing, "not given", limit));
+            }
+        };
+        let by_place = place.map(|(latitude_deg, height_m)| {
+            let key = format!("gravity at latitude_deg {latitude_deg} and height_m {height_m}");
+            let normal = normal_gravity_m_s2(latitude_deg.to_radians(), height_m);
+            within(&key, normal, low, high)
+        });
+        let m_s2 = match (value, by_place.transpose()?) {
+            (None, None) => {
+                let limit = "give it, or latitude_deg and height_m of the place";
+                return Err(FileError::value(file, "gravity_m_s2", "not given", limit));
+            }
+            (Some(value), Some(normal)) if (value / normal - 1.0).abs() > AGREEMENT => {
+                let limit = format!(
+                    "latitude_deg and height_m give {normal:.5} m/s², and the two may differ by {AGREEMENT:.0e} of it, \
+                     the size of local anomalies; correct one of them, or leave one out"
+                );
                 return Err(FileError::value(file, "gravity_m_s2", value, limit));
             }
+            (Some(value), _) | (None, Some(value)) => value,
         };
         Ok(Gravity {
             m_s2,
             uncertainty_m_s2,
+            is_given: value.is_some(),
             place,
         })
     }

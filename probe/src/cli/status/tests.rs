@@ -257,3 +257,22 @@ fn the_document_has_every_figure_under_its_key() {
     });
     assert_same(&reading().to_json(), &expected);
 }
+
+#[test]
+fn scans_that_pass_while_the_rate_changes_are_no_losses_of_a_recording() {
+    assert_eq!(restarts(0, None, 0), "none since the start");
+    let changed = restarts(21, Some(4_096), 0);
+    assert!(
+        changed.contains("rate or block changed; none after a fault"),
+        "{changed}"
+    );
+    assert!(
+        changed.contains("21 scans passed meanwhile, the first was scan 4096"),
+        "{changed}"
+    );
+    assert!(
+        !changed.contains("21 lost") && !changed.contains("lost 21"),
+        "{changed}"
+    );
+    assert!(restarts(40, Some(7), 2).contains("2 times after a fault"));
+}
