@@ -57,13 +57,19 @@ impl Task {
     }
 
     async fn motion(&mut self, analyser: u8) -> Result<Response, Refusal> {
-        let Base { base, jacks, .. } = self.base.try_get().flatten().ok_or(Refusal::NoSet)?;
+        let Base {
+            base,
+            jacks,
+            ratiometric,
+            ..
+        } = self.base.try_get().flatten().ok_or(Refusal::NoSet)?;
         let supply = self.supply.try_get().ok_or(Refusal::NoSet)?.factor;
         let first = sums(analyser, 0).ok_or(Refusal::Incomplete { analyser })?;
         self.replay(first.drive).await?;
         let input = MotionInput {
             base: &base,
             jacks: &jacks,
+            ratiometric,
             supply,
         };
         self.solving

@@ -1,8 +1,8 @@
 //! The board's own pose, from its jack channels, while the stream carries it.
 //!
-//! The link hands over the jacks of each block that it has sent; the latest overwrites what was not taken. So the
-//! sample path does not know of poses, a board of which nobody wants the pose spends nothing on it, and a pose never
-//! comes before its block. This task runs in thread mode, below sample path and link, and solves a hundred times a
+//! The link hands over the jacks of each block that it has sent; the latest block replaces one that was not taken. So the
+//! sample path does not know of poses, the board spends nothing on poses that no host wants, and a pose never comes before
+//! its block. This task runs in thread mode, below sample path and link, and solves a hundred times a
 //! second at most.
 //!
 //! A solve starts from the last pose. After a pause, in which the base may have moved, after a refusal and with another
@@ -19,7 +19,7 @@ use crate::shared::Shared;
 /// Finds poses for ever.
 #[embassy_executor::task]
 pub async fn find(shared: &'static Shared) -> ! {
-    // The shared has a receiver for this task, which starts once.
+    // There is a receiver for this task, which starts once.
     let mut base = shared.base.receiver().expect("a receiver is left");
     let mut active: Option<(SetId, Result<Tracker<f32>, BaseError>)> = None;
     let mut last = Instant::MIN;
@@ -27,9 +27,14 @@ pub async fn find(shared: &'static Shared) -> ! {
         let block = shared.jacks.wait().await;
         let now = Instant::now();
         if let Some(base) = base.try_changed() {
-            active = base.map(|base| (base.set, Tracker::new(&base.base, &base.jacks)));
+            active = base.map(|base| {
+                (
+                    base.set,
+                    Tracker::new(&base.base, &base.jacks, base.ratiometric),
+                )
+            });
         }
-        // Without a set nobody may ask for poses.
+        // Without a set the link refuses poses.
         let Some((set, tracker)) = &mut active else {
             continue;
         };

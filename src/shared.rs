@@ -22,6 +22,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
+use hexsense_core::channel::Ratiometric;
 use hexsense_core::live_pose::JackBlock;
 use hexsense_core::records::{JackCoefficients, MotionBase, SetId};
 use hexsense_core::sampling::Calibrator;
@@ -52,6 +53,8 @@ pub struct Base {
     pub base: MotionBase,
     /// Its transducers.
     pub jacks: JackCoefficients,
+    /// The channels on which the supply factor does not act.
+    pub ratiometric: Ratiometric,
 }
 
 /// Signs of life; the watchdog is fed when all three have come.
@@ -64,7 +67,7 @@ pub struct Alive {
     pub storage: Signal<Guard, ()>,
 }
 
-/// Everything that passes between the tasks but blocks.
+/// Everything that passes between the tasks, except blocks.
 pub struct Shared {
     /// Latest supply and temperature: to sampling, link and harmonics.
     pub supply: Watch<Guard, SupplyReading, 3>,
@@ -86,7 +89,7 @@ pub struct Shared {
     pub to_harmonics: Channel<Guard, HarmonicsCommand, 1>,
     /// Sampling task, storage and harmonics to link: one answer for each command.
     pub answers: Channel<Guard, Response, 1>,
-    /// To the supervisor.
+    /// To the watchdog.
     pub alive: Alive,
 }
 

@@ -1,9 +1,9 @@
 //! Coefficients, key and log in flash bank 2: the chip's side of the portable [`Storage`], which decides everything.
 //!
-//! This task alone touches the flash. Erasing a page takes 22 ms, in which bank 2 cannot be read but the code in
-//! bank 1 runs on; that is why the driver's asynchronous form is used, which waits by interrupt. Its futures are
-//! awaited to their end and never dropped: a dropped erase leaves the flash set up to erase again. It also loses
-//! the error flags of a write, so every write is read back (the storage does that).
+//! This task alone touches the flash. To erase a page takes 22 ms; bank 2 cannot be read meanwhile, but the code in bank 1
+//! runs on. So the task uses the asynchronous form of the driver, which waits by interrupt. It awaits the driver's futures
+//! to their end and never drops one: a dropped erase leaves the flash set up to erase again. The driver also loses the
+//! error flags of a write, so the storage reads every write back.
 
 use core::sync::atomic::Ordering;
 
@@ -66,7 +66,7 @@ pub async fn store(
     }
 }
 
-/// Gives the active set to those who use it, when it is another than was `published`.
+/// Gives the active set to the tasks that use it, when it is not the one that was `published`.
 fn publish(
     storage: &Storage<Bank2Region<'static>>,
     published: &mut Option<SetId>,
@@ -90,5 +90,6 @@ fn publish(
         set: active.set.id,
         base: active.content.base,
         jacks: active.content.jacks,
+        ratiometric: active.content.ratiometric,
     }));
 }

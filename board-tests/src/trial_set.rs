@@ -1,6 +1,6 @@
 //! Coefficients to try a board with: random numbers, for a base with round dimensions.
 
-use hexsense_core::channel::Triad;
+use hexsense_core::channel::{Ratiometric, Triad};
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 
 /// Pseudo-random bits (xorshift, Marsaglia 2003).
@@ -36,6 +36,7 @@ impl Random {
             unix_s: 1_780_000_000,
             temperature_c: 30.0,
             provenance: [0; 32],
+            ratiometric: Ratiometric::from_bits(self.bits() as u16 >> 1).unwrap_or_default(),
             triads,
             base: base(),
             jacks: JackCoefficients {

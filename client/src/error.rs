@@ -44,7 +44,8 @@ pub enum ProtocolError {
     /// No board answers a hello.
     #[error(
         "{port} opens, but no hexsense board answers on it within {waited_ms} ms; check that it is the board's port, \
-         that the board has power, and that no other program uses the port"
+         that the board has power, and that no other program uses the port{}",
+        if port.starts_with("tcp:") { ". The control port of the twin is for --twin, not for --port" } else { "" }
     )]
     NoGreeting {
         /// The port.

@@ -84,6 +84,12 @@ impl Transport for Lockstep {
                         port: self.port.clone(),
                     });
                 }
+                Err(error) if error.kind() == ErrorKind::InvalidData => {
+                    return Err(TransportError::NoBoard {
+                        port: self.port.clone(),
+                        reason: error.to_string(),
+                    });
+                }
                 Err(error) => return Err(self.socket.failure(&self.port, error, self.heard)),
             }
         }

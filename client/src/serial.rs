@@ -33,13 +33,28 @@ pub fn open(port: &str) -> Result<Stream<Box<dyn SerialPort>>, TransportError> {
     let line = opened.map_err(|error| match users::of_device(Path::new(port)) {
         // Another process was faster.
         users if !users.is_empty() => in_use(port, users),
-        _ => TransportError::Unknown {
-            port: port.to_owned(),
-            reason: error.to_string(),
-            ports: ports_here(),
-        },
+        _ => not_opened(port, error.to_string()),
     })?;
     Ok(Stream::new(line, port))
+}
+
+/// The error of a port that does not open, by whether it is there at all.
+fn not_opened(port: &str, reason: String) -> TransportError {
+    let is_listed = || {
+        let ports = serialport::available_ports().unwrap_or_default();
+        ports.iter().any(|info| info.port_name == port)
+    };
+    let is_there = Path::new(port).exists() || is_listed();
+    let port = port.to_owned();
+    if is_there {
+        return TransportError::Unopened { port, reason };
+    }
+    let ports = ports_here();
+    TransportError::Unknown {
+        port,
+        reason,
+        ports,
+    }
 }
 
 /// Makes sure that no other process has the device, and returns it; `None` where only the opening itself can tell.

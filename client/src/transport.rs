@@ -73,7 +73,10 @@ impl Transport for Ended {
 #[derive(Debug, thiserror::Error)]
 pub enum TransportError {
     /// No such serial device.
-    #[error("there is no serial port {port} ({reason}); {ports}")]
+    #[error(
+        "there is no serial port {port} ({reason}); {}",
+        elsewhere(port, ports)
+    )]
     Unknown {
         /// As asked.
         port: String,
@@ -81,6 +84,17 @@ pub enum TransportError {
         reason: String,
         /// The ports that there are.
         ports: String,
+    },
+    /// A serial device that is there and does not open.
+    #[error(
+        "{port} is there but cannot be opened ({reason}); end other programs that use it, and see that this user may use \
+         serial ports (on Linux: group dialout)"
+    )]
+    Unopened {
+        /// As asked.
+        port: String,
+        /// The system's reason.
+        reason: String,
     },
     /// Another process uses the port.
     #[error(
@@ -120,8 +134,22 @@ pub enum TransportError {
         /// The port.
         port: String,
     },
+    /// Something else than a virtual board answers.
+    #[error(
+        "what answers on {port} is no virtual board in lockstep ({reason}). --port takes the port on which the virtual \
+         board serves its host; the control port of the twin is for --twin, and its pins are for the virtual board"
+    )]
+    NoBoard {
+        /// The port.
+        port: String,
+        /// What came.
+        reason: String,
+    },
     /// Reading or writing failed.
-    #[error("the line {port} failed ({reason}); check the cable")]
+    #[error(
+        "the line {port} failed ({reason}); check {}",
+        if is_socket(port) { "that the program at its other end still runs" } else { "the cable" }
+    )]
     Failed {
         /// The port.
         port: String,
@@ -134,6 +162,21 @@ pub enum TransportError {
         /// The port.
         port: String,
     },
+}
+
+/// Whether a port is a socket and no serial device.
+pub(super) fn is_socket(port: &str) -> bool {
+    port.starts_with("tcp:") || port.starts_with("lockstep:")
+}
+
+/// Where to look when there is no such serial port, as the end of a sentence.
+fn elsewhere(port: &str, ports: &str) -> String {
+    match port.rsplit_once(':') {
+        Some((host, number)) if !host.contains('/') && number.parse::<u16>().is_ok() => {
+            format!("an address is written tcp:{port} or lockstep:{port}")
+        }
+        _ => ports.to_owned(),
+    }
 }
 
 /// Whether an error only says that nothing came in time.

@@ -93,3 +93,52 @@ pub fn unrolled<const N: usize>(mut one: impl FnMut(usize)) {
         one(14);
     }
 }
+
+/// The channels whose signal is *ratiometric*: the sensor is fed by the supply of the converters, so that a drift of the
+/// supply moves the signal and the reference alike. The supply factor does not act on their counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Ratiometric(u16);
+
+impl Ratiometric {
+    /// No channel.
+    pub const NONE: Self = Self(0);
+
+    /// From one bit for each channel, the first channel the lowest; `None` when a bit belongs to no channel.
+    #[must_use]
+    pub const fn from_bits(bits: u16) -> Option<Self> {
+        if bits >> CHANNELS == 0 {
+            Some(Self(bits))
+        } else {
+            None
+        }
+    }
+
+    /// One bit for each channel, the first channel the lowest.
+    #[must_use]
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// With another channel, 0 to 14; other numbers change nothing.
+    #[must_use]
+    pub const fn with(self, channel: usize) -> Self {
+        if channel < CHANNELS {
+            Self(self.0 | 1 << channel)
+        } else {
+            self
+        }
+    }
+
+    /// Whether a channel is ratiometric.
+    #[must_use]
+    pub const fn has(self, channel: usize) -> bool {
+        channel < CHANNELS && self.0 >> channel & 1 == 1
+    }
+
+    /// The factor that makes counts of a channel those at nominal supply: `supply`, or one.
+    #[must_use]
+    #[inline]
+    pub fn factor(self, channel: usize, supply: f32) -> f32 {
+        if self.has(channel) { 1.0 } else { supply }
+    }
+}

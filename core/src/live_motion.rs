@@ -15,7 +15,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::channel::{INERTIAL, JACKS};
+use crate::channel::{INERTIAL, JACKS, Ratiometric};
 use crate::harmonics::table::{ONE, Waves};
 use crate::harmonics::{Harmonic, Harmonics};
 use crate::kinematics::{ForwardError, Pose};
@@ -37,7 +37,7 @@ pub struct Motion {
 
 impl Motion {
     /// From the harmonics of all jacks and the amplitudes of the inertial channels (counts), all at supply factor
-    /// `supply`, driven at `omega` rad/s.
+    /// `supply`, which does not act on the ratiometric channels; driven at `omega` rad/s.
     ///
     /// # Errors
     /// [`ForwardError`] when the jacks give no pose.
@@ -45,7 +45,7 @@ impl Motion {
         tracker: &Tracker<f32>,
         jacks: &[Harmonics; JACKS],
         sensors: &[f64; INERTIAL],
-        supply: f32,
+        (supply, ratiometric): (f32, Ratiometric),
         omega: f64,
     ) -> Result<Self, ForwardError<f32>> {
         let amplitude = amplitudes(tracker, jacks, supply)?;
@@ -56,7 +56,8 @@ impl Motion {
                 1 => amplitude[3 + axis] * omega * omega,
                 _ => amplitude[3 + axis] * omega,
             };
-            (moved / (sensors[channel] * f64::from(supply))) as f32
+            let counts = sensors[channel] * f64::from(ratiometric.factor(channel, supply));
+            (moved / counts) as f32
         };
         Ok(Self {
             amplitude: amplitude.map(|amplitude| amplitude as f32),

@@ -9,7 +9,7 @@
 
 use nalgebra::{RealField, convert};
 
-use crate::channel::{JACKS, Scan};
+use crate::channel::{JACKS, Ratiometric, Scan};
 use crate::kinematics::{ForwardError, Options, PoseTracker, ReportFailure, Solution, Solver};
 use crate::records::{BaseError, JackCoefficients, MotionBase};
 use crate::sampling::{BlockSize, BlockSums};
@@ -53,11 +53,15 @@ impl<T: RealField + Copy> Tracker<T> {
     ///
     /// # Errors
     /// [`BaseError`] when base or transducers are not usable.
-    pub fn new(base: &MotionBase, jacks: &JackCoefficients) -> Result<Self, BaseError> {
+    pub fn new(
+        base: &MotionBase,
+        jacks: &JackCoefficients,
+        ratiometric: Ratiometric,
+    ) -> Result<Self, BaseError> {
         jacks.check()?;
         let solver = Solver::bounded(&base.geometry()?.cast::<T>(), Options::measured());
         Ok(Self {
-            transducers: Transducers::new(jacks),
+            transducers: Transducers::new(jacks, ratiometric),
             poses: PoseTracker::new(solver, ReportFailure),
         })
     }

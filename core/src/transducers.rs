@@ -18,7 +18,7 @@
 
 use nalgebra::{RealField, convert};
 
-use crate::channel::JACKS;
+use crate::channel::{INERTIAL, JACKS, Ratiometric};
 use crate::records::JackCoefficients;
 
 /// Coefficients of the six transducers.
@@ -30,16 +30,19 @@ pub struct Transducers<T> {
     pub zero_counts: [T; JACKS],
     /// Change of length per count, m; negative for a transducer that counts down.
     pub metres_per_count: [T; JACKS],
+    /// Whether the supply factor acts on the counts of each jack: on all but the ratiometric ones.
+    pub supplied: [bool; JACKS],
 }
 
 impl<T: RealField + Copy> Transducers<T> {
     /// The transducers of a coefficient set.
     #[must_use]
-    pub fn new(jacks: &JackCoefficients) -> Self {
+    pub fn new(jacks: &JackCoefficients, ratiometric: Ratiometric) -> Self {
         Self {
             zero_length_m: convert(jacks.zero_length_m),
             zero_counts: jacks.zero_counts.map(convert),
             metres_per_count: jacks.metres_per_count.map(convert),
+            supplied: core::array::from_fn(|jack| !ratiometric.has(INERTIAL + jack)),
         }
     }
 
@@ -65,6 +68,11 @@ impl<T: RealField + Copy> Transducers<T> {
         let beyond = supply - T::one();
         core::array::from_fn(|jack| {
             let mean = mean(jack);
+            let beyond = if self.supplied[jack] {
+                beyond
+            } else {
+                T::zero()
+            };
             self.length_m(jack, (mean - self.zero_counts[jack]) + beyond * mean)
         })
     }
@@ -79,7 +87,12 @@ impl Transducers<f32> {
     /// Length of each jack, m, from counts in double precision and a supply factor.
     pub fn lengths_of_doubles_m(&self, counts: &[f64; JACKS], supply: f32) -> [f32; JACKS] {
         core::array::from_fn(|jack| {
-            let excess = counts[jack] * f64::from(supply) - f64::from(self.zero_counts[jack]);
+            let factor = if self.supplied[jack] {
+                f64::from(supply)
+            } else {
+                1.0
+            };
+            let excess = counts[jack] * factor - f64::from(self.zero_counts[jack]);
             self.length_m(jack, excess as f32)
         })
     }

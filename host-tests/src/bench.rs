@@ -118,6 +118,7 @@ impl Laboratory {
             program: program.clone(),
             capture,
             rate_hz: RATE_HZ,
+            ratiometric: Default::default(),
         }
     }
 

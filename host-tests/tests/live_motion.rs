@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hexsense_core::channel::INERTIAL;
+use hexsense_core::channel::{INERTIAL, Ratiometric};
 use hexsense_core::harmonics::{Harmonics, Series};
 use hexsense_core::kinematics::{Pose, inverse};
 use hexsense_core::live_motion::Motion;
@@ -43,8 +43,9 @@ fn found(preset: &str, driven: usize, amplitude: f64) -> Motion {
     });
     let counts: Vec<_> = counts.collect();
     let fits: [Harmonics; 6] = Series::fit_all(TAU / POINTS as f64, counts.into_iter()).unwrap();
-    let tracker = Tracker::new(&MotionBase::new(&geometry), &jacks).unwrap();
-    Motion::new(&tracker, &fits, &[2_000.0; INERTIAL], SUPPLY, OMEGA).unwrap()
+    let tracker = Tracker::new(&MotionBase::new(&geometry), &jacks, Ratiometric::NONE).unwrap();
+    let supply = (SUPPLY, Ratiometric::NONE);
+    Motion::new(&tracker, &fits, &[2_000.0; INERTIAL], supply, OMEGA).unwrap()
 }
 
 #[test]

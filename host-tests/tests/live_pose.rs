@@ -1,6 +1,6 @@
 //! The board's own pose: right from counts on, in single precision, and refused by name where there is none.
 
-use hexsense_core::channel::{INERTIAL, Scan};
+use hexsense_core::channel::{INERTIAL, Ratiometric, Scan};
 use hexsense_core::kinematics::{ForwardError, Geometry, Pose, inverse};
 use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::records::{JackCoefficients, MotionBase};
@@ -49,7 +49,12 @@ fn block(jacks: &JackCoefficients, lengths: &[f64; 6]) -> JackBlock {
 }
 
 fn tracker<T: nalgebra::RealField + Copy>(geometry: &Geometry<f64>) -> Tracker<T> {
-    Tracker::new(&MotionBase::new(geometry), &transducers(geometry)).unwrap()
+    Tracker::new(
+        &MotionBase::new(geometry),
+        &transducers(geometry),
+        Ratiometric::NONE,
+    )
+    .unwrap()
 }
 
 fn double(pose: &Pose<f32>) -> Pose<f64> {
@@ -169,4 +174,41 @@ fn counts_of_a_broken_transducer_or_supply_are_refused_by_the_jack() {
         );
     }
     assert!(board.next(&home).is_ok());
+}
+
+/// A jack that is fed by the supply reads the same counts at every supply, another reads less at a higher one.
+#[test]
+fn the_supply_factor_acts_on_the_jacks_that_are_not_ratiometric() {
+    let (_, geometry) = bases().next().unwrap();
+    let (base, jacks) = (MotionBase::new(&geometry), transducers(&geometry));
+    let lengths = inverse(&geometry, &geometry.home());
+    let ratiometric = [0, 4];
+    let counts = |jack: usize| {
+        let excess = lengths[jack] - f64::from(jacks.zero_length_m);
+        let counts =
+            excess / f64::from(jacks.metres_per_count[jack]) + f64::from(jacks.zero_counts[jack]);
+        let supply = if ratiometric.contains(&jack) {
+            1.0
+        } else {
+            f64::from(SUPPLY)
+        };
+        (counts / supply * BLOCK as f64).round() as u32
+    };
+    let block = JackBlock {
+        first_scan: 0,
+        supply: SUPPLY,
+        block: BlockSize::default(),
+        sums: std::array::from_fn(counts),
+    };
+    let channels = ratiometric
+        .map(|jack| INERTIAL + jack)
+        .into_iter()
+        .fold(Ratiometric::NONE, Ratiometric::with);
+    let height_m = |channels| {
+        let mut tracker = Tracker::<f64>::new(&base, &jacks, channels).unwrap();
+        tracker.next(&block).unwrap().pose.position.y
+    };
+    assert!((height_m(channels) - geometry.home_height_m()).abs() < 1e-5);
+    // 0.1 % of supply is most of a millimetre of a jack.
+    assert!((height_m(Ratiometric::NONE) - geometry.home_height_m()).abs() > 1e-4);
 }

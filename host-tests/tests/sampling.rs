@@ -1,7 +1,7 @@
 //! The sample path: correct, the same on every machine, and independent of the supply.
 
 use hexsense::FACTS;
-use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
+use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Ratiometric, Scan, Triad};
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use hexsense_core::sampling::{BLOCK, BlockSize, BlockSums, Calibrator};
 use proptest::prelude::*;
@@ -14,6 +14,7 @@ fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
         unix_s: 0,
         temperature_c: 25.0,
         provenance: [0; 32],
+        ratiometric: Default::default(),
         triads,
         base: MotionBase {
             lower: [[0.0; 3]; 6],
@@ -147,13 +148,37 @@ fn the_bits_of_one_scan_are_known() {
     );
 }
 
+/// Half of the full scale of 32,768 counts is ± 2 g: 0.1 % of supply on counts at zero is 2 mg.
+#[test]
+fn the_supply_factor_acts_on_the_channels_that_are_not_ratiometric() {
+    let gain = 2.0 * 9.81 / 32_768.0;
+    let matrix = [[gain, 0.0, 0.0], [0.0, gain, 0.0], [0.0, 0.0, gain]];
+    let mut set = set([coefficients([32_768.0; 3], matrix); 3]);
+    set.ratiometric = Ratiometric::NONE.with(1).with(5);
+    let supply = 1.001;
+    // At zero: a sensor with its own supply reads 0.1 % less, one that is fed by the converters' supply the same.
+    let zero: Scan = std::array::from_fn(|channel| match channel {
+        1 | 5 => 32_768,
+        _ => 32_735,
+    });
+    let values = Calibrator::new(&set).apply(&zero, supply);
+    assert!(values.iter().all(|value| value.abs() < 5e-4), "{values:?}");
+    set.ratiometric = Ratiometric::NONE;
+    let values = Calibrator::new(&set).apply(&zero, supply);
+    for channel in [1, 5] {
+        assert!((values[channel] - 0.001 * 32_768.0 * gain).abs() < 1e-4);
+    }
+    assert!(values[0].abs() < 5e-4);
+}
+
 /// The sample path takes whole blocks; a host that recomputes a capture takes scans.
 #[test]
 fn a_block_gives_the_values_of_its_scans_and_their_sums_at_every_size() {
     let triad =
         |gain: f32| coefficients([32_768.25, 32_700.5, 33_000.125], [[gain, 1e-5, -2e-5]; 3]);
     let prepared =
-        Calibrator::of_triads(&[triad(6e-4), triad(3e-4), triad(-5e-5)]).at_supply(1.001);
+        Calibrator::of_triads(&[triad(6e-4), triad(3e-4), triad(-5e-5)], Ratiometric::NONE)
+            .at_supply(1.001);
     for size in BlockSize::ALL {
         let scans: Vec<Scan> = (0..size.scans())
             .map(|n| {

@@ -94,6 +94,7 @@ impl Evaluation {
             unix_s,
             temperature_c: mean_temperature_c(&self.runs),
             provenance,
+            ratiometric: campaign.sensors.ratiometric(),
             triads: self.analysis.triads,
             base,
             jacks,

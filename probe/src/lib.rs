@@ -21,10 +21,14 @@
 //! | [`interrupt`] | Ctrl-C, which stops a recording in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
+//! | [`base_figure`] | the motion base with the numbers of its jacks |
 //! | [`figure`] | figures and the numbers in them |
+//! | [`templates`] | files to start from |
+//! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
 
 pub mod analysis;
+pub mod base_figure;
 pub mod board_events;
 pub mod board_pose;
 pub mod campaign;
@@ -32,6 +36,7 @@ pub mod capture;
 pub mod characteristics;
 pub mod cli;
 pub mod coefficient_file;
+pub mod columns;
 pub mod date;
 pub mod evaluation;
 pub mod figure;
@@ -46,3 +51,4 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod sensor_file;
+pub mod templates;

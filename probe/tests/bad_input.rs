@@ -105,7 +105,7 @@ fn geometry_files_that_are_no_motion_base() {
         (
             "lower = [\n  [1.354455246,",
             "lower = [\n  [nan,",
-            &["geometry.toml: lower[1].x", "NaN", "-100 to 100"],
+            &["geometry.toml: lower[1].x", "NaN", "-100 to 100 (m)"],
         ),
         (
             "length_min = 2.10",
@@ -263,7 +263,7 @@ fn sensor_files_with_impossible_numbers() {
     let port = port(|_| {});
     let message = refusal(&folder, &calibrate(&port));
     assert!(
-        message.contains("sensors.toml: gravity_m_s2 is 980.665; it must be 9.7 to 9.9"),
+        message.contains("sensors.toml: gravity_m_s2 is 980.665; it must be 9.764 to 9.834"),
         "{message}"
     );
 }

@@ -80,11 +80,14 @@ fn rows<const N: usize>(table: &str, header: &str) -> Vec<[f64; N]> {
 }
 
 fn lengths_of(table: &str) -> Vec<[f64; 6]> {
-    rows(table, "l1,l2,l3,l4,l5,l6")
+    rows(table, "l1_m,l2_m,l3_m,l4_m,l5_m,l6_m")
 }
 
 fn poses(table: &str) -> Vec<[f64; 9]> {
-    rows(table, "x,y,z,roll,pitch,yaw,residual,condition,iterations")
+    rows(
+        table,
+        "x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,residual_m,condition,iterations",
+    )
 }
 
 fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -272,7 +275,7 @@ fn rows_that_are_no_rows_are_refused_with_file_line_and_reason() {
         (
             "lengths --poses -",
             "0,1e200,0,0,0,0\n",
-            "line 1: so far away",
+            "line 1: y is 1e200 m, beyond ±100 m; if it is in millimetres",
         ),
         (
             "lengths --poses -",
@@ -301,9 +304,14 @@ fn rows_that_are_no_rows_are_refused_with_file_line_and_reason() {
             "\"inf\" is not a finite",
         ),
         (
+            "pose --lengths - --seed 0,2,0,0,0,90",
+            &home,
+            "yaw is 90.0 rad, beyond ±π rad (180°); if it is in degrees",
+        ),
+        (
             "pose --lengths - --convention zxy",
             &home,
-            "[possible values: gost, zyx, xyz]",
+            "[possible values: gost, zyx, xyz, z-down]",
         ),
     ];
     for (arguments, input, expected) in cases {

@@ -102,6 +102,8 @@ fn the_command_prints_forecast_and_advice_and_draws_the_margins() {
     assert!(text.contains("largest cond(J): run"), "{text}");
     let figure = std::fs::read_to_string(folder.path().join("campaign/margins.svg")).unwrap();
     assert!(figure.starts_with("<svg xmlns=") && figure.contains("pitch: acceleration"));
+    let base = std::fs::read_to_string(folder.path().join("campaign/base.svg")).unwrap();
+    assert!(base.starts_with("<svg xmlns=") && base.contains("Jack k runs from lower hinge k"));
 }
 
 /// The run that the README adds to a plan.

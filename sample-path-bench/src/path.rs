@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::channel::{INERTIAL, JACKS, Ratiometric};
 use hexsense_core::harmonics::{Analyser, Drive, Step, increment, solve};
 use hexsense_core::records::TriadCoefficients;
 use hexsense_core::sampling::{BlockSize, BlockSums, Calibrator, Prepared, Values, add_up};
@@ -47,7 +47,8 @@ impl Random {
             matrix_uncertainty: [[0.0; 3]; 3],
             delay_s: 0.0,
         });
-        Calibrator::of_triads(&triads).at_supply(1.0 + self.next() as i32 as f32 * 1e-12)
+        Calibrator::of_triads(&triads, Ratiometric::NONE)
+            .at_supply(1.0 + self.next() as i32 as f32 * 1e-12)
     }
 
     /// A drive of any frequency, with any window; of the blocks that are driven with it the first settle, and where the

@@ -1,8 +1,8 @@
 //! The clock tree: 24 MHz crystal (HSE) → PLL → 150 MHz for core, buses and timers, 37.5 MHz for the converters.
 //!
 //! The sampling period is only as good as its clock, and a drive frequency enters an acceleration as its square.
-//! Without the crystal the board runs on the internal oscillator (about 1 %), so that the host can be told, and
-//! says [`Source::Internal`] in its status: that board refuses to calibrate.
+//! Without the crystal the board runs on the internal oscillator, about 1 % off. It says [`Source::Internal`] in its
+//! status and refuses to calibrate.
 
 use embassy_stm32::pac;
 use embassy_stm32::rcc::{self, mux};

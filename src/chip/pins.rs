@@ -28,7 +28,7 @@ pub const SAMPLE_PRIORITY: Priority = Priority::P0;
 pub const DRIVER_PRIORITY: Priority = Priority::P2;
 /// The task above the sample path.
 pub const SAMPLING_PRIORITY: Priority = Priority::P4;
-/// The link. Pose, storage, supply and supervisor run below every interrupt.
+/// The link. Pose, harmonics, storage, supply and watchdog run below every interrupt.
 pub const LINK_PRIORITY: Priority = Priority::P8;
 /// The sample interrupt: DMA of the converter that ends last.
 pub const SAMPLE_VECTOR: interrupt::Interrupt = interrupt::Interrupt::DMA1_CHANNEL1;
@@ -142,7 +142,7 @@ pub struct Serial {
     pub rx_dma: Peri<'static, DMA1_CH4>,
 }
 
-/// The chip's parts, sorted by who owns them.
+/// The chip's parts, sorted by their owners.
 pub struct Parts {
     /// For the sample path.
     pub acquisition: Acquisition,
@@ -156,7 +156,7 @@ pub struct Parts {
     pub random: Peri<'static, RNG>,
 }
 
-/// Sorts the chip's peripherals by who owns them.
+/// Sorts the chip's peripherals by their owners.
 pub fn assign(p: Peripherals) -> Parts {
     Parts {
         acquisition: Acquisition {

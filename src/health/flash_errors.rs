@@ -1,9 +1,9 @@
 //! Words of flash that do not match their error correction code (RM0440, 3.3.4).
 //!
-//! One wrong bit is corrected and raises the flash interrupt: the flash ages, and the host is told. More than one raises
-//! the non-maskable interrupt. A double word whose programming was cut short by a loss of power is such a *torn word*.
-//! In bank 2, that is the archive looking at what an interrupted write left: the word reads as garbage, the archive's
-//! own checksum rejects it, and all goes on. In bank 1 it is the code that is damaged, and nothing can be trusted.
+//! One wrong bit is corrected and raises the flash interrupt; the board counts it, because the flash ages. More wrong bits
+//! raise the non-maskable interrupt. A loss of power while a double word is programmed leaves such a *torn word*. In bank
+//! 2 the archive reads what an interrupted write left: the word is garbage, the checksum of the record rejects it, and the
+//! board goes on. In bank 1 the code itself is damaged, and the board stops.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -30,7 +30,7 @@ pub fn torn_words() -> EventCount {
     loop {
         let count = TORN.load(Ordering::SeqCst);
         let [low, high] = [0, 1].map(|half| TORN_MS[half].load(Ordering::SeqCst));
-        // The interrupt may have come in between; then what was read may not belong together.
+        // If the interrupt came in between, count and time may not belong together.
         if TORN.load(Ordering::SeqCst) == count {
             return EventCount {
                 count,

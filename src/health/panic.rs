@@ -1,11 +1,11 @@
-//! Keeps where a panic came from across the reset that follows it, so that the host can be told.
+//! Keeps the place of a panic across the reset that follows it, for the host.
 //!
-//! The text lies in `.uninit`, RAM that the start-up code leaves alone; a magic word and its complement say that it is
-//! there. After a power cut the RAM holds noise, which that pair tells from a text. Faults and damaged code end here
-//! too, see [`super::stack`] and [`super::flash_errors`].
+//! The text lies in `.uninit`, RAM that the start-up code does not touch; a magic word and its complement say that it is
+//! there. After a power cut the RAM holds noise, and the pair does not fit. Faults and damaged code end here too, see
+//! [`super::stack`] and [`super::flash_errors`].
 //!
-//! A panic is told by the addresses that it was called from, innermost first. Files, lines and messages of all places
-//! that might panic would take an eighth of the flash; the ELF knows them by the addresses:
+//! The text gives the addresses of the callers, innermost first. Files, lines and messages of all places that can panic
+//! would take an eighth of the flash; the ELF has them by the addresses:
 //!
 //! ```text
 //! addr2line -pifCe target/thumbv7em-none-eabihf/firmware/firmware ADDRESS…
@@ -40,7 +40,7 @@ static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
 /// Takes the message of the panic that caused the last reset, if one did.
 pub fn take() -> Option<Message> {
     let record = addr_of_mut!(RECORD).cast::<Record>();
-    // SAFETY: called once, before any task runs, and a panic never returns: nobody else has a reference. Every bit
+    // SAFETY: called once, before any task runs, and a panic never returns, so there is no other reference. Every bit
     // pattern is a valid `Record`; it is read volatile, because the compiler knows of no write to it.
     let kept = unsafe {
         let kept = record.read_volatile();
@@ -58,7 +58,7 @@ pub fn take() -> Option<Message> {
     Some(message)
 }
 
-/// Most addresses that are told; as many as fit a message.
+/// Addresses in a message: as many as fit.
 const MAX_CALLS: usize = 12;
 
 // RAM that the stack lies in: its end below and its start above, from the linker.
@@ -79,7 +79,7 @@ impl Text {
 
     /// Goes on with more text.
     pub fn then(mut self, text: &str) -> Self {
-        // What does not fit is cut: the error says no more than that.
+        // The error means that the text is cut, which is intended.
         let _ = text
             .chars()
             .try_for_each(|character| self.0.push(character));
@@ -167,7 +167,7 @@ impl Iterator for Calls {
         }
         // SAFETY: two aligned words of the stack's RAM, which is always there to be read.
         let [outer, back] = unsafe { (frame as *const [usize; 2]).read_volatile() };
-        // The stack grows down: whoever called lies higher.
+        // The stack grows down, so the frame of a caller lies higher.
         self.frame = if outer > frame { outer } else { 0 };
         Some(back as u32 & !1)
     }

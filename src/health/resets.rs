@@ -1,9 +1,9 @@
 //! What the board remembers over resets: how often it started, why, and how long the last run was.
 //!
-//! It lies in `.uninit`, RAM that the start-up code leaves alone, each part with a check. RAM that lost its power holds
-//! noise, which the check tells from a record: a reset by the supply is a power-on when the record is gone, and a
-//! brown-out when it is there. A run's length is written whenever the watchdog is fed. A reset in the midst of that
-//! leaves the rest intact, which is written at the start only.
+//! The record lies in `.uninit`, RAM that the start-up code does not touch. Each part has a check. RAM that lost its power
+//! holds noise, and the check does not fit. So a reset by the supply is a power-on when the record is gone, and a
+//! brown-out when it is there. The length of a run is written whenever the watchdog is fed. A reset in the middle of that
+//! write leaves the counts intact, because they are written at the start only.
 
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
@@ -14,7 +14,7 @@ use hexsense_core::wire::status::{ResetCause, Resets};
 /// Begins every check, so that zeros are no record.
 const MAGIC: u32 = 0x5245_5345;
 
-/// Words that are what they were when `check` was made of them.
+/// Words with a check that is computed from them.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Sealed<const N: usize> {
@@ -42,14 +42,14 @@ struct Record {
 #[unsafe(link_section = ".uninit.resets")]
 static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
 
-/// The right to write to what is remembered.
+/// The right to write to the record.
 pub struct Memory(());
 
 impl Memory {
     /// Remembers how long this run has been, ms.
     pub fn keep_uptime(&mut self, uptime_ms: u64) {
         let halves = Sealed::new([uptime_ms as u32, (uptime_ms >> 32) as u32]);
-        // SAFETY: there is one `Memory`, and whoever has it writes here, volatile because only the next start reads it.
+        // SAFETY: there is one `Memory`, and only its owner writes here; volatile because only the next start reads it.
         unsafe { addr_of_mut!((*record()).uptime).write_volatile(halves) }
     }
 }
@@ -60,7 +60,7 @@ fn record() -> *mut Record {
 
 /// Why the board started, and what it remembers, with this start counted. To be called once.
 pub fn take(panicked: bool) -> (ResetCause, Resets, Memory) {
-    // SAFETY: called once, before any task runs: nobody else has a reference. Every bit pattern is a valid `Record`; it
+    // SAFETY: called once, before any task runs, so there is no other reference. Every bit pattern is a valid `Record`; it
     // is read volatile, because the compiler knows of no write to it.
     let kept = unsafe { record().read_volatile() };
     let counts = kept.counts.open();

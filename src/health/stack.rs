@@ -1,15 +1,15 @@
 //! The stack: how much of it is used, and what happens when it overflows.
 //!
 //! ```text
-//! 0x2000_0000 ┬ _stack_end    below it is nothing that can be written: an overflow faults
-//!             │ painted at the start, and as far as it is still painted it was never used
-//! 0x2000_6000 ┴ _stack_start
+//! 0x2000_0000 ┬ _stack_end    nothing below it can be written: an overflow faults
+//!             │ painted at the start; where the paint remains it was never used
+//! 0x2000_7000 ┴ _stack_start
 //! ```
 //!
-//! Tasks, interrupts and faults share it. When it overflows, the fault's own frame cannot be stacked either, and the
-//! core enters the hard fault all the same, with a stack pointer at which nothing can be pushed: the first function
-//! would fault again, which locks the core up. So the hard fault begins with a few instructions that need no stack and
-//! give it the whole stack anew, whose content is lost anyway. Then it is a panic like any other, kept for the host.
+//! Tasks, interrupts and faults share it. After an overflow the frame of the fault cannot be stacked either. The core
+//! enters the hard fault with a stack pointer at which nothing can be pushed; the first function would fault again, and
+//! the core would lock up. So the hard fault begins with a few instructions that need no stack. They give it the whole
+//! stack anew, whose content is lost anyway. From there on it is a panic like any other, kept for the host.
 
 use core::arch::naked_asm;
 use core::ptr::addr_of;

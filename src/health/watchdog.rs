@@ -1,8 +1,8 @@
 //! The watchdog, fed only when every part of the board makes progress.
 //!
-//! Sample path, link and storage each report that they took a turn. The watchdog is fed after all three have done
-//! so; if one stops, it bites, and the board starts again with [`ResetCause::Watchdog`]. It is started before the clock
-//! is, so that there is no start that can hang for good.
+//! Sample path, link and storage each report a turn. The watchdog is fed after all three have reported; if one stops, it
+//! bites, and the board starts again with [`ResetCause::Watchdog`]. The watchdog starts before the clock, so that no start
+//! can hang for good.
 //!
 //! [`ResetCause::Watchdog`]: hexsense_core::wire::status::ResetCause::Watchdog
 
@@ -17,13 +17,13 @@ use crate::shared::Shared;
 
 /// Starts the watchdog.
 pub fn unleash() -> IndependentWatchdog<'static, IWDG> {
-    // SAFETY: called once, at the start, and nobody else ever asks for the watchdog.
+    // SAFETY: called once, at the start, and no other code asks for the watchdog.
     let mut watchdog = IndependentWatchdog::new(unsafe { IWDG::steal() }, WATCHDOG_US);
     watchdog.unleash();
     watchdog
 }
 
-/// Feeds the watchdog for ever, as long as it is earned.
+/// Feeds the watchdog whenever all parts have reported.
 #[embassy_executor::task]
 pub async fn supervise(
     mut watchdog: IndependentWatchdog<'static, IWDG>,

@@ -1,6 +1,6 @@
 //! The serial link: bytes in, frames out. The [`Server`] decides what is said; [`board`] is the board behind it.
 //!
-//! One task owns the port. It waits for whatever comes first: bytes from the host, a block from the sample path, an
+//! One task owns the port. It waits for the first of these: bytes from the host, a block from the sample path, an
 //! answer from a task that was given a command, or a pose. Frames go out one after another; while one is on the line the
 //! receiver's ring takes what comes in. Nothing here can hold up the sample path, which drops a block when the queue
 //! is full and counts it. Nor can a line full of noise hold up the tasks in thread mode: the link takes bytes in pieces.
@@ -69,7 +69,7 @@ pub async fn talk(mut parts: pins::Serial, origin: Origin, shared: &'static Shar
     }
 }
 
-/// The link but for its port.
+/// The link without its port.
 struct Talk {
     server: Server<LinkBoard>,
     deframer: Deframer<MAX_REQUEST_FRAME>,

@@ -168,10 +168,11 @@ pub struct Run<'d> {
 }
 
 impl<'d> Run<'d> {
-    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of those in [`hexsense::FACTS`].
+    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of those in
+    /// [`hexsense::FACTS`].
     ///
-    /// A converter's first conversion after a pause of 1 ms may be wrong (ES0430), so each makes one here that nobody
-    /// reads; the first trigger follows soon enough.
+    /// The first conversion of a converter after a pause of 1 ms may be wrong (ES0430), so each makes one here that is
+    /// thrown away; the first trigger follows soon enough.
     pub fn prepare(parts: &'d mut pins::Acquisition, rate_hz: u32, block: BlockSize) -> Self {
         let trigger = Trigger::new(parts.timer.reborrow(), rate_hz);
         let mut inertial_adc = Adc::new(parts.inertial_adc.reborrow(), converter());

@@ -1,9 +1,9 @@
 //! The task above the sample path: it starts the converters, gives the path what seldom changes, and starts them anew
 //! when rate or block change or a fault stopped them.
 //!
-//! The samples themselves do not pass through it, see [`super::path`]. The scan counter never goes back: whenever the
-//! converters start anew it leaps by the scans that fell into the pause, which count as lost, and the analysers, whose
-//! sums would have a hole, stop.
+//! The samples themselves do not pass through it, see [`super::path`]. The scan counter never goes back. When the
+//! converters start anew, it leaps by the scans of the pause, which count as lost. The analysers stop then, because their
+//! sums would have a hole.
 
 use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_sync::watch::Receiver;
@@ -154,7 +154,7 @@ struct Conditions {
 impl Conditions {
     /// Waits for the first reading of the supply, without which a count means little.
     async fn new(shared: &'static Shared) -> Self {
-        // The shared has a receiver of each for this task, which starts once.
+        // There is a receiver of each for this task, which starts once.
         let mut supply = shared.supply.receiver().expect("a receiver is left");
         let active = shared.active.receiver().expect("a receiver is left");
         let reading = supply.get().await;

@@ -11,6 +11,7 @@
 
 use std::path::Path;
 
+use tables::{Format, Problem, Table};
 use thiserror::Error;
 
 /// The header of a program file.
@@ -45,29 +46,13 @@ pub enum ProgramError {
         #[source]
         source: Box<ProgramError>,
     },
-    /// The first line is not the header.
-    #[error("line 1: header is {found:?}, must be {HEADER:?}")]
-    Header {
-        /// The first line.
-        found: String,
-    },
-    /// A row with more or fewer than seven values.
-    #[error("line {line}: {count} values, must be 7")]
-    Columns {
+    /// A line that is no line of a program.
+    #[error("line {line}: {problem}")]
+    Line {
         /// Line of the file, from 1.
         line: usize,
-        /// Values in it.
-        count: usize,
-    },
-    /// A value that is not a finite number.
-    #[error("line {line}, column {column}: {text:?} is not a finite number")]
-    Number {
-        /// Line of the file, from 1.
-        line: usize,
-        /// Column, 1 to 7.
-        column: usize,
-        /// The text at this place.
-        text: String,
+        /// What is wrong.
+        problem: Problem,
     },
     /// A program without a period.
     #[error("{rows} rows, must be at least 2")]
@@ -113,17 +98,14 @@ impl Program {
     /// # Errors
     /// [`ProgramError`] for anything but the right header and even rows of finite numbers.
     pub fn parse(text: &str) -> Result<Self, ProgramError> {
-        let mut lines = text.lines();
-        let header = lines.next().unwrap_or_default();
-        if header.trim() != HEADER {
-            return Err(ProgramError::Header {
-                found: header.to_owned(),
-            });
-        }
+        let at = |line| move |problem| ProgramError::Line { line, problem };
+        let mut table = Table::of(text).map_err(|(line, problem)| at(line)(problem))?;
+        let header = table.header;
+        tables::expect(table.format(), header.text, HEADER).map_err(at(header.number))?;
         let (mut times, mut rows) = (Vec::new(), Vec::new());
-        for (index, line) in lines.enumerate() {
-            let [time, jacks @ ..] = numbers(line, index + 2)?;
-            times.push(time);
+        while let Some(line) = table.next() {
+            let [time, jacks @ ..] = numbers(table.format(), line.text).map_err(at(line.number))?;
+            times.push((line.number, time));
             rows.push(jacks);
         }
         let period_s = even_period(&times)?;
@@ -135,7 +117,9 @@ impl Program {
     /// # Errors
     /// [`ProgramError::TooShort`] below two rows; [`ProgramError::Uneven`] if the period is not above zero.
     pub fn new(period_s: f64, rows: Vec<[f64; 6]>) -> Result<Self, ProgramError> {
-        let times: Vec<f64> = (0..rows.len()).map(|row| row as f64 * period_s).collect();
+        let times: Vec<(usize, f64)> = (0..rows.len())
+            .map(|row| (row + 2, row as f64 * period_s))
+            .collect();
         even_period(&times)?;
         Ok(Self { period_s, rows })
     }
@@ -182,44 +166,42 @@ impl Program {
     }
 }
 
-fn numbers(line: &str, number: usize) -> Result<[f64; 7], ProgramError> {
-    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+fn numbers(format: Format, line: &str) -> Result<[f64; 7], Problem> {
     let mut values = [0.0; 7];
-    if fields.len() != values.len() {
-        return Err(ProgramError::Columns {
-            line: number,
-            count: fields.len(),
-        });
+    let mut count = 0;
+    for (column, cell) in format.cells(line).enumerate() {
+        if column < values.len() || !cell.text.is_empty() {
+            count = column + 1;
+        }
+        if let Some(value) = values.get_mut(column) {
+            *value = format.finite(cell)?;
+        }
     }
-    for (column, (value, field)) in values.iter_mut().zip(fields).enumerate() {
-        *value = field
-            .parse()
-            .ok()
-            .filter(|x: &f64| x.is_finite())
-            .ok_or_else(|| ProgramError::Number {
-                line: number,
-                column: column + 1,
-                text: field.to_owned(),
-            })?;
+    if count == values.len() {
+        return Ok(values);
     }
-    Ok(values)
+    Err(Problem::Width {
+        cells: count,
+        width: values.len(),
+        separator: format.separator(),
+    })
 }
 
-/// The period of evenly rising times, s.
-fn even_period(times: &[f64]) -> Result<f64, ProgramError> {
-    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+/// The period of evenly rising times, s, each with its line.
+fn even_period(times: &[(usize, f64)]) -> Result<f64, ProgramError> {
+    let (Some((_, first)), Some((_, last))) = (times.first(), times.last()) else {
         return Err(ProgramError::TooShort { rows: 0 });
     };
     if times.len() < 2 {
         return Err(ProgramError::TooShort { rows: times.len() });
     }
     let period_s = (last - first) / (times.len() - 1) as f64;
-    for (row, time) in times.iter().enumerate() {
+    for (row, (line, time)) in times.iter().enumerate() {
         let expected_s = first + row as f64 * period_s;
         let even = (time - expected_s).abs() <= PERIOD_TOLERANCE * period_s;
         if !even || period_s <= 0.0 {
             return Err(ProgramError::Uneven {
-                line: row + 2,
+                line: *line,
                 time_s: *time,
                 expected_s,
                 period_s,

@@ -76,6 +76,10 @@ fn a_bad_geometry_is_refused_with_key_value_and_limit() {
         ),
         (with("axes", "axes = \"x-up\""), "unknown variant `x-up`"),
         (with("axes", ""), "missing field `axes`"),
+        (
+            with("axes", "axes = \"y-up\"\nunits = \"in\""),
+            "unknown variant `in`, expected `m` or `mm`",
+        ),
         (with("note", "remark = \"\""), "unknown field `remark`"),
         (with("name", "name = "), "TOML parse error"),
         (String::new(), "missing field"),
@@ -86,12 +90,71 @@ fn a_bad_geometry_is_refused_with_key_value_and_limit() {
 }
 
 #[test]
-fn home_without_a_height_is_where_all_jacks_are_at_mid_length() {
-    let home = Geometry::parse(&with("home_height", "")).unwrap().home;
-    assert!((home.position_m.0[1] - 2.3224).abs() < 1e-4, "{home:?}");
+fn a_file_that_does_not_say_on_which_side_the_platform_is_is_refused() {
+    let error = Geometry::parse(&with("home_height", ""))
+        .unwrap_err()
+        .to_string();
+    // Hinges in planes: the mirror image has the same lengths.
+    assert!(error.contains("home_height is missing"), "{error}");
+    assert!(error.contains("2.322399 m (platform above"), "{error}");
+    assert!(error.contains("-2.322399 m (platform below"), "{error}");
     let lopsided = with("home_height", "").replacen("[1.65, 0.0, 0.0]", "[1.65, 0.1, 0.0]", 1);
     let error = Geometry::parse(&lopsided).unwrap_err().to_string();
     assert!(error.contains("give home_height"), "{error}");
+}
+
+#[test]
+fn a_platform_may_hang_below_its_lower_hinges() {
+    let hanging = Geometry::parse(&with("home_height", "home_height = -2.322399")).unwrap();
+    assert!((hanging.home.position_m.0[1] + 2.322399).abs() < 1e-12);
+}
+
+/// The hinges of the good file in millimetres, with z down and with z up.
+#[test]
+fn millimetres_and_axes_with_z_down_are_the_same_base() {
+    let good_base = Geometry::parse(&good()).unwrap();
+    // y and z are swapped; then z up points y to the left, z down points z downwards.
+    for (axes, sign) in [("z-up", [1.0, -1.0, 1.0]), ("z-down", [1.0, 1.0, -1.0])] {
+        let file: toml::Table = good().parse().unwrap();
+        let hinges = |key: &str| {
+            let mut list = String::new();
+            for hinge in file[key].as_array().unwrap() {
+                let c = [0, 2, 1].map(|axis| 1000.0 * hinge[axis].as_float().unwrap());
+                list += &format!(
+                    "[{:?}, {:?}, {:?}],",
+                    c[0] * sign[0],
+                    c[1] * sign[1],
+                    c[2] * sign[2]
+                );
+            }
+            list
+        };
+        let text = format!(
+            "name = \"x\"\naxes = {axes:?}\nunits = \"mm\"\nlower = [{}]\nupper = [{}]\nlength_min = 2300\n\
+             length_max = 3700\nhome_height = 2322.399\nspeed_max = 1000\nhinge_tolerance = 0.5\n",
+            hinges("lower"),
+            hinges("upper")
+        );
+        let base = Geometry::parse(&text).unwrap();
+        let (found, wanted) = (&base.nominal, &good_base.nominal);
+        let pairs = found
+            .lower
+            .iter()
+            .chain(&found.upper)
+            .zip(wanted.lower.iter().chain(&wanted.upper));
+        for (a, b) in pairs {
+            for axis in 0..3 {
+                assert!(
+                    (a.0[axis] - b.0[axis]).abs() < 1e-12,
+                    "{axes}: {a:?} is not {b:?}"
+                );
+            }
+        }
+        assert_eq!(base.length_m, good_base.length_m);
+        assert_eq!(base.hinge_tolerance_m, 0.0005);
+        assert_eq!(base.speed_max_m_s, Some(1.0));
+        assert!((base.home.position_m.0[1] - 2.322399).abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -5,28 +5,16 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use tempfile::TempDir;
+
 const PROGRAM: &str = env!("CARGO_BIN_EXE_virtual-board");
 
-/// A folder of its own for a test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("virtual-board-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// A folder of its own for a test, with this program as `firmware`.
+fn folder_with(halves: &[u16]) -> (TempDir, PathBuf, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let [firmware, flash] = ["firmware", "flash.bin"].map(|name| folder.path().join(name));
+    std::fs::write(&firmware, arm(halves)).unwrap();
+    (folder, firmware, flash)
 }
 
 /// A 32-bit ELF file with one segment.
@@ -140,8 +128,7 @@ impl Drop for Board {
 
 #[test]
 fn files_that_are_no_firmware_are_refused_with_the_reason() {
-    let folder = Folder::new("refused");
-    let (file, flash) = (folder.path("firmware"), folder.path("flash.bin"));
+    let (folder, file, flash) = folder_with(&[]);
     let say = |content: &[u8]| {
         std::fs::write(&file, content).unwrap();
         refused(&file, &flash, &[])
@@ -150,7 +137,7 @@ fn files_that_are_no_firmware_are_refused_with_the_reason() {
     assert!(say(&elf(62, 0x0800_0000, &[0; 8])).contains("ELF machine 62"));
     assert!(say(&elf(40, 0x2000_0000, &[0; 8])).contains("0x20000000"));
     assert!(say(&elf(40, 0x0800_0000, &[])).contains("nothing to load"));
-    assert!(refused(&folder.path("nothing"), &flash, &[]).contains("No such file"));
+    assert!(refused(&folder.path().join("nothing"), &flash, &[]).contains("No such file"));
     assert!(
         !flash.exists(),
         "nothing is written before the firmware is known to be good"
@@ -159,10 +146,9 @@ fn files_that_are_no_firmware_are_refused_with_the_reason() {
 
 #[test]
 fn a_flash_file_of_another_size_is_refused() {
-    let folder = Folder::new("size");
-    std::fs::write(folder.path("firmware"), arm(&[0xE7FE])).unwrap();
-    std::fs::write(folder.path("flash.bin"), [0; 100]).unwrap();
-    let said = refused(&folder.path("firmware"), &folder.path("flash.bin"), &[]);
+    let (_folder, firmware, flash) = folder_with(&[0xE7FE]);
+    std::fs::write(&flash, [0; 100]).unwrap();
+    let said = refused(&firmware, &flash, &[]);
     assert!(
         said.contains("100 bytes") && said.contains("524288"),
         "{said}"
@@ -171,27 +157,17 @@ fn a_flash_file_of_another_size_is_refused() {
 
 #[test]
 fn a_twin_that_is_not_there_is_named() {
-    let folder = Folder::new("twin");
-    std::fs::write(folder.path("firmware"), arm(&[0xE7FE])).unwrap();
-    let said = refused(
-        &folder.path("firmware"),
-        &folder.path("flash.bin"),
-        &["--pins", "tcp:127.0.0.1:1"],
-    );
+    let (_folder, firmware, flash) = folder_with(&[0xE7FE]);
+    let said = refused(&firmware, &flash, &["--pins", "tcp:127.0.0.1:1"]);
     assert!(said.contains("no twin at 127.0.0.1:1"), "{said}");
-    let said = refused(
-        &folder.path("firmware"),
-        &folder.path("flash.bin"),
-        &["--pins", "127.0.0.1:1"],
-    );
+    let said = refused(&firmware, &flash, &["--pins", "127.0.0.1:1"]);
     assert!(said.contains("expected tcp:HOST:PORT"), "{said}");
 }
 
 #[test]
 fn firmware_that_faults_for_good_ends_the_program_with_the_place() {
-    let folder = Folder::new("fault");
-    std::fs::write(folder.path("firmware"), arm(&[0xBF00, 0xDE00])).unwrap();
-    let mut child = command(&folder.path("firmware"), &folder.path("flash.bin"))
+    let (_folder, firmware, flash) = folder_with(&[0xBF00, 0xDE00]);
+    let mut child = command(&firmware, &flash)
         .args(["--link", "tcp:127.0.0.1:0"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -213,9 +189,8 @@ fn firmware_that_faults_for_good_ends_the_program_with_the_place() {
 
 #[test]
 fn time_passes_in_lockstep_only_as_asked_and_goes_on_with_the_next_host() {
-    let folder = Folder::new("lockstep");
-    std::fs::write(folder.path("firmware"), arm(&[0xBF20, 0xE7FD])).unwrap(); // wfe; b back
-    let mut board = Board::start(&folder.path("firmware"), &folder.path("flash.bin"));
+    let (_folder, firmware, flash) = folder_with(&[0xBF20, 0xE7FD]); // wfe; b back
+    let mut board = Board::start(&firmware, &flash);
     assert_eq!(board.exchange(10_000, b"nobody listens"), (10_000, vec![]));
     assert_eq!(board.exchange(500, &[]), (10_500, vec![]));
     let address = board.stream.peer_addr().unwrap();
@@ -225,14 +200,12 @@ fn time_passes_in_lockstep_only_as_asked_and_goes_on_with_the_next_host() {
 
 #[test]
 fn programming_leaves_the_rest_of_the_flash_alone() {
-    let folder = Folder::new("program");
-    let (file, flash) = (folder.path("firmware"), folder.path("flash.bin"));
+    let (_folder, firmware, flash) = folder_with(&[0xE7FE]);
     let mut content = vec![0xFF; 512 * 1024];
     content[0x40000..0x40004].copy_from_slice(b"keep");
     content[0x1000] = 7;
     std::fs::write(&flash, &content).unwrap();
-    std::fs::write(&file, arm(&[0xE7FE])).unwrap();
-    let mut board = Board::start(&file, &flash);
+    let mut board = Board::start(&firmware, &flash);
     board.exchange(100, &[]);
     let now = std::fs::read(&flash).unwrap();
     assert_eq!(now[0x40..0x42], [0xFE, 0xE7]);

@@ -6,12 +6,14 @@
 //! - [`build`]: the parts of the product, built and named in the environment.
 //! - [`call`]: the programs that commands call, in `board-tests` and `host-tests`.
 //! - [`fuzz`]: the fuzz targets under cargo-fuzz.
+//! - [`mutants`]: a sample of small mistakes under cargo-mutants.
 //! - [`mod@test`]: everything that must be green, in its order.
 #![forbid(unsafe_code)]
 
 mod build;
 mod call;
 mod fuzz;
+mod mutants;
 mod setup;
 mod test;
 
@@ -55,6 +57,8 @@ enum Task {
     Faults(Flags),
     /// Attack the parts that take input from outside with cargo-fuzz
     Fuzz(fuzz::Arguments),
+    /// Put small mistakes into the core and the host tool with cargo-mutants, and list those that no test notices
+    Mutants(mutants::Arguments),
     /// Format, lints for both targets, host tests, firmware, and a system test on the virtual board
     Test(test::Arguments),
 }
@@ -83,6 +87,7 @@ fn main() -> anyhow::Result<()> {
         Task::Timing(flags) => board_alone(&Part::COUNTED, &["timing"], &flags)?,
         Task::Faults(flags) => board_tests(&Part::FAULTS, &["faults"], &flags)?,
         Task::Fuzz(arguments) => return fuzz::run(&arguments),
+        Task::Mutants(arguments) => return mutants::run(&arguments),
         Task::Test(arguments) => return test::run(&arguments),
     };
     call::finish(call)

@@ -13,6 +13,7 @@ use anyhow::{Context, bail, ensure};
 use hexsense_core::channel::JACKS;
 use hexsense_core::least_squares::NormalEquations;
 use nalgebra::SVector;
+use tables::Table;
 
 const UNKNOWNS: usize = 2 + JACKS;
 /// Step of the search, s.
@@ -32,22 +33,29 @@ impl TruthLog {
 
     /// Reads the twin's log.
     pub fn parse(text: &str) -> anyhow::Result<Self> {
-        let mut lines = text.lines();
-        let header = lines.next().unwrap_or_default();
+        let problem = |line, problem| anyhow::anyhow!("the truth log, line {line}: {problem}");
+        let mut table = Table::of(text).map_err(|(line, found)| problem(line, found))?;
+        let names = tables::names(table.format(), table.header.text);
         ensure!(
-            header.split(',').count() == Self::COLUMNS + 1,
-            "the truth log has the columns {header:?}"
+            names.len() == Self::COLUMNS + 1,
+            "the truth log has the columns {names:?}"
         );
         let mut times = Vec::new();
         let mut rows = Vec::new();
-        for line in lines {
-            let mut cells = line.split(',').map(|cell| cell.trim().parse::<f64>());
-            times.push(cells.next().context("an empty line in the truth log")??);
-            let values = cells.collect::<Result<Vec<f64>, _>>()?;
+        while let Some(line) = table.next() {
+            let format = table.format();
+            let cells = format.cells(line.text).map(|cell| format.finite(cell));
+            let values: Vec<f64> = cells
+                .collect::<Result<_, _>>()
+                .map_err(|found| problem(line.number, found))?;
+            let [time, values @ ..] = values.as_slice() else {
+                bail!("the truth log, line {}: no cells", line.number)
+            };
+            times.push(*time);
             rows.push(
                 values
                     .try_into()
-                    .map_err(|_| anyhow::anyhow!("the truth log has the line {line:?}"))?,
+                    .map_err(|_| anyhow::anyhow!("the truth log has the line {:?}", line.text))?,
             );
         }
         let [first, second, ..] = times[..] else {

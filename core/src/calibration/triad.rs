@@ -59,7 +59,8 @@ pub enum TriadError {
     Undetermined,
     /// Sensors that read alike.
     #[error(
-        "the sensitivity matrix is singular: two sensors of the triad read the same; check the wiring"
+        "the sensitivity matrix is singular: two sensors of the triad read the same; see whether a signal stands at an end of \
+         the converter's range, then check volts_per_unit and zero_volts in the sensor file, and the wiring"
     )]
     Singular,
     /// A hold names a run that there is not.

@@ -7,7 +7,8 @@
 //! l_k² = r_k² + (h + c_k)²       mean over k:  h² + 2·h·c̄ + mean(r_k² + c_k²) = l_mid²
 //! ```
 //!
-//! which is exact for every jack of a symmetric base, and for the mean square of the lengths of any other.
+//! which is exact for every jack of a symmetric base, and for the mean square of the lengths of any other. One solution has
+//! the platform above its lower hinges, the other has it below them.
 
 use core::fmt;
 
@@ -88,7 +89,7 @@ pub enum GeometryError<T: RealField + Copy> {
     },
     /// At home a jack would be outside its stroke.
     #[error(
-        "at the home height of {home_height} m jack {jack} is {length} m long, outside its stroke of {length_min} m to {length_max} m"
+        "at the home height of {home_height} m jack {jack} is {length} m long, outside its stroke of {length_min} m to {length_max} m: give home_height, the height of O at which all six jacks are inside their stroke"
     )]
     HomeOutsideStroke {
         /// The jack, 1..=6.
@@ -116,7 +117,7 @@ pub enum GeometryError<T: RealField + Copy> {
 
 impl<T: RealField + Copy> Geometry<T> {
     /// A base with hinges `lower` (earth frame) and `upper` (body frame), axes with Y up, and hinge-to-hinge lengths
-    /// from `length_min_m` to `length_max_m`; all in metres. Without `home_height_m`, home is at mid-stroke.
+    /// from `length_min_m` to `length_max_m`; all in metres. Without `home_height_m`, home is at mid-stroke with the platform above its lower hinges.
     ///
     /// # Errors
     /// Everything that [`GeometryError`] names. A home height given as a rounded number may put home off mid-stroke,
@@ -146,7 +147,9 @@ impl<T: RealField + Copy> Geometry<T> {
         let half: T = convert(0.5);
         let home_height_m = match home_height_m {
             Some(height) => finite(height, GeometryItem::HomeHeight)?,
-            None => mid_stroke_height(&lower, &upper, (length_min_m + length_max_m) * half)?,
+            None => {
+                Self::mid_stroke_heights(&lower, &upper, (length_min_m + length_max_m) * half)?[0]
+            }
         };
         let geometry = Self {
             lower,
@@ -157,6 +160,36 @@ impl<T: RealField + Copy> Geometry<T> {
         };
         geometry.check_home()?;
         Ok(geometry)
+    }
+
+    /// The two heights of O at which the jacks are `mid_length` long, m, as far as the module's text says: with the
+    /// platform above its lower hinges, and below them.
+    ///
+    /// # Errors
+    /// [`GeometryError::HomeUnreachable`].
+    pub fn mid_stroke_heights(
+        lower: &[Vector3<T>; 6],
+        upper: &[Vector3<T>; 6],
+        mid_length: T,
+    ) -> Result<[T; 2], GeometryError<T>> {
+        let sixth: T = convert(1.0 / 6.0);
+        let mut offset = T::zero();
+        let mut square = T::zero();
+        for (a, b) in lower.iter().zip(upper) {
+            offset += (b.y - a.y) * sixth;
+            square += (b - a).norm_squared() * sixth;
+        }
+        let least_square = square - offset * offset;
+        let height_squared = mid_length * mid_length - least_square;
+        if height_squared > T::zero() {
+            let height = height_squared.sqrt();
+            Ok([height - offset, -height - offset])
+        } else {
+            Err(GeometryError::HomeUnreachable {
+                mid_length,
+                shortest: least_square.sqrt(),
+            })
+        }
     }
 
     fn check_home(&self) -> Result<(), GeometryError<T>> {
@@ -205,29 +238,4 @@ fn check_finite<T: RealField + Copy>(
         }
     }
     Ok(())
-}
-
-/// The greater solution h of h² + 2·h·c̄ + mean(r_k² + c_k²) = l_mid²; see the module's text.
-fn mid_stroke_height<T: RealField + Copy>(
-    lower: &[Vector3<T>; 6],
-    upper: &[Vector3<T>; 6],
-    mid_length: T,
-) -> Result<T, GeometryError<T>> {
-    let sixth: T = convert(1.0 / 6.0);
-    let mut offset = T::zero();
-    let mut square = T::zero();
-    for (a, b) in lower.iter().zip(upper) {
-        offset += (b.y - a.y) * sixth;
-        square += (b - a).norm_squared() * sixth;
-    }
-    let least_square = square - offset * offset;
-    let height_squared = mid_length * mid_length - least_square;
-    if height_squared > T::zero() {
-        Ok(height_squared.sqrt() - offset)
-    } else {
-        Err(GeometryError::HomeUnreachable {
-            mid_length,
-            shortest: least_square.sqrt(),
-        })
-    }
 }

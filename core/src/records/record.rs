@@ -1,7 +1,7 @@
 //! One coefficient set: everything that the board keeps of a calibration.
 //!
 //! ```text
-//! | postcard of the set | CRC-32 (IEEE) of it, little endian |
+//! | postcard of the set | ratiometric channels u16 LE, if there are any | CRC-32 (IEEE) of all before it, LE |
 //! ```
 //!
 //! The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have one
@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::base::{BaseError, JackCoefficients, MotionBase};
-use crate::channel::Triad;
+use crate::channel::{Ratiometric, Triad};
 use crate::checksum::checksum;
 
-/// Upper bound of the encoded length of a set, bytes: the longest has 611, 300 of them in the triads and 208 in base
+/// Upper bound of the encoded length of a set, bytes: the longest has 613, 300 of them in the triads and 208 in base
 /// and jacks. The archive gives each set a page of 2 KiB.
 pub const MAX_ENCODED: usize = 640;
 /// Longest geometry name, bytes of UTF-8.
@@ -84,6 +84,9 @@ pub struct CoefficientSet {
     pub base: MotionBase,
     /// Its jack transducers.
     pub jacks: JackCoefficients,
+    /// The channels on which the supply factor does not act.
+    #[serde(skip)]
+    pub ratiometric: Ratiometric,
 }
 
 /// Why bytes are not a usable coefficient set.
@@ -138,9 +141,14 @@ impl CoefficientSet {
         let too_short = RecordError::Length {
             length: capacity as u32,
         };
-        let body = postcard::to_slice(self, buffer)
+        let mut body = postcard::to_slice(self, buffer)
             .map_err(|_| too_short)?
             .len();
+        if self.ratiometric != Ratiometric::NONE {
+            let place = buffer.get_mut(body..body + 2).ok_or(too_short)?;
+            place.copy_from_slice(&self.ratiometric.bits().to_le_bytes());
+            body += 2;
+        }
         let sum = checksum(&buffer[..body]).to_le_bytes();
         buffer
             .get_mut(body..body + 4)
@@ -165,11 +173,15 @@ impl CoefficientSet {
         if stored != computed {
             return Err(RecordError::Checksum { stored, computed });
         }
-        let (set, rest) =
+        let (mut set, rest) =
             postcard::take_from_bytes::<Self>(body).map_err(|_| RecordError::Layout)?;
-        if !rest.is_empty() {
-            return Err(RecordError::Layout);
-        }
+        set.ratiometric = match *rest {
+            [] => Ratiometric::NONE,
+            [low, high] => Ratiometric::from_bits(u16::from_le_bytes([low, high]))
+                .filter(|channels| *channels != Ratiometric::NONE)
+                .ok_or(RecordError::Layout)?,
+            _ => return Err(RecordError::Layout),
+        };
         set.check()?;
         Ok(set)
     }

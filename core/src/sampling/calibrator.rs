@@ -15,7 +15,7 @@
 //! Board and host compute in `f32` in the order written here and round after every operation. So a host with the raw
 //! counts, the supply factor and the active set recomputes the board's values bit for bit.
 
-use crate::channel::{INERTIAL, Scan, Triad};
+use crate::channel::{INERTIAL, Ratiometric, Scan, Triad};
 use crate::records::{CoefficientSet, TriadCoefficients};
 
 /// Calibrated values of one scan: m/s², rad/s², rad/s, in the order of [`crate::channel::NAMES`].
@@ -66,19 +66,21 @@ impl TriadMap {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrator {
     triads: [TriadMap; TRIADS],
+    ratiometric: Ratiometric,
 }
 
 impl Calibrator {
     /// Takes the offsets and matrices out of a coefficient set.
     #[must_use]
     pub fn new(set: &CoefficientSet) -> Self {
-        Self::of_triads(&set.triads)
+        Self::of_triads(&set.triads, set.ratiometric)
     }
 
-    /// As [`Self::new`], from the triads of a set.
+    /// As [`Self::new`], from the triads of a set and its ratiometric channels.
     #[must_use]
-    pub fn of_triads(triads: &[TriadCoefficients; TRIADS]) -> Self {
+    pub fn of_triads(triads: &[TriadCoefficients; TRIADS], ratiometric: Ratiometric) -> Self {
         Self {
+            ratiometric,
             triads: triads.each_ref().map(|triad| TriadMap {
                 offset: triad.offset,
                 matrix: triad.matrix,
@@ -86,15 +88,23 @@ impl Calibrator {
         }
     }
 
-    /// The coefficients for the sample path at supply factor `supply` (dimensionless, about 1).
+    /// The coefficients for the sample path at supply factor `supply` (dimensionless, about 1). Each channel is a column of
+    /// the matrix; the factor of a ratiometric one is 1.
     #[must_use]
     pub fn at_supply(&self, supply: f32) -> Prepared {
-        Prepared {
-            triads: self.triads.map(|triad| TriadMap {
-                offset: triad.offset.map(|offset| offset / supply),
-                matrix: triad.matrix.map(|row| row.map(|element| element * supply)),
-            }),
+        let mut triads = self.triads;
+        for (index, triad) in triads.iter_mut().enumerate() {
+            let factors = [0, 1, 2].map(|axis| self.ratiometric.factor(3 * index + axis, supply));
+            for (offset, factor) in triad.offset.iter_mut().zip(factors) {
+                *offset /= factor;
+            }
+            for row in &mut triad.matrix {
+                row.iter_mut()
+                    .zip(factors)
+                    .for_each(|(element, factor)| *element *= factor);
+            }
         }
+        Prepared { triads }
     }
 
     /// Calibrated values of one scan taken at supply factor `supply`; for many scans prepare once.

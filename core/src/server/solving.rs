@@ -7,7 +7,7 @@
 //! command ─▶ Solving::sums ─▶ Solving::advance … true ─▶ Solving::harmonics or Solving::motion ─▶ answer
 //! ```
 
-use crate::channel::{CHANNELS, INERTIAL, JACKS};
+use crate::channel::{CHANNELS, INERTIAL, JACKS, Ratiometric};
 use crate::facts::BoardFacts;
 use crate::harmonics::{Drive, Harmonics, Replay, Solver};
 use crate::live_motion::Motion;
@@ -27,6 +27,8 @@ pub struct MotionInput<'a> {
     pub base: &'a MotionBase,
     /// Its transducers.
     pub jacks: &'a JackCoefficients,
+    /// The channels on which the supply factor does not act.
+    pub ratiometric: Ratiometric,
     /// Supply factor.
     pub supply: f32,
 }
@@ -92,14 +94,14 @@ impl Solving {
     ) -> Result<Response, Refusal> {
         let solved = self.solve_all(facts, analyser, first, lookup)?;
         let omega = core::f64::consts::TAU * first.drive.frequency_hz(first.rate_hz);
-        let motion = Tracker::new(input.base, input.jacks)
+        let motion = Tracker::new(input.base, input.jacks, input.ratiometric)
             .map_err(PoseRefusal::Base)
             .and_then(|tracker| {
                 Motion::new(
                     &tracker,
                     &solved.jacks,
                     &solved.sensors,
-                    input.supply,
+                    (input.supply, input.ratiometric),
                     omega,
                 )
                 .map_err(PoseRefusal::from)

@@ -81,7 +81,8 @@ fn set(bytes: &[u8], counts: u16) {
     assert_eq!(CoefficientSet::decode(encoded).as_ref(), Ok(&set));
     let scan = [counts; CHANNELS];
     let _ = Calibrator::new(&set).apply(&scan, 1.0);
-    let mut tracker = Tracker::<f32>::new(&set.base, &set.jacks).expect("it was checked");
+    let mut tracker =
+        Tracker::<f32>::new(&set.base, &set.jacks, set.ratiometric).expect("it was checked");
     let block = JackBlock::new(0, 1.0, &[scan]).expect("a block of one");
     for _ in 0..2 {
         let _ = tracker.next(&block);

@@ -25,6 +25,7 @@ pub fn numbered(number: u32) -> CoefficientSet {
         unix_s: 1_780_000_000 + u64::from(number),
         temperature_c: 31.5,
         provenance: [0xC3; 32],
+        ratiometric: Default::default(),
         triads: [triad; 3],
         base: base(),
         jacks: JackCoefficients {

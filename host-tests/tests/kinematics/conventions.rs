@@ -1,9 +1,9 @@
-//! The three rotation conventions, each against matrices from other sources.
+//! The four conventions, each against matrices from other sources.
 
 use std::f64::consts::FRAC_PI_2;
 
 use approx::{assert_abs_diff_eq, assert_abs_diff_ne};
-use hexsense_core::kinematics::convention::{from_z_up, to_z_up};
+use hexsense_core::kinematics::convention::{from_z_down, from_z_up, to_z_down, to_z_up};
 use hexsense_core::kinematics::{Angles, Convention, inverse};
 use host_tests::reference::gost;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -11,7 +11,12 @@ use proptest::prelude::*;
 
 use crate::bases::{hinges, numbers, preset, rows};
 
-const ALL: [Convention; 3] = [Convention::Gost, Convention::Zyx, Convention::Xyz];
+const ALL: [Convention; 4] = [
+    Convention::Gost,
+    Convention::Zyx,
+    Convention::Xyz,
+    Convention::ZDown,
+];
 
 fn rx(a: f64) -> Matrix3<f64> {
     Matrix3::new(1.0, 0.0, 0.0, 0.0, a.cos(), -a.sin(), 0.0, a.sin(), a.cos())
@@ -65,6 +70,27 @@ fn zyx_and_xyz_are_products_of_turns_about_z_up_axes() {
     assert_abs_diff_eq!(xyz, rx(roll) * ry(pitch) * rz(yaw), epsilon = 1e-15);
 }
 
+#[test]
+fn z_down_is_a_product_of_turns_about_z_down_axes() {
+    let Angles { roll, pitch, yaw } = ANGLES;
+    let rotation = Convention::ZDown.rotation(ANGLES);
+    let columns = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let r = Matrix3::from_columns(&columns.map(|e| to_z_down(rotation * from_z_down(e))));
+    assert_abs_diff_eq!(r, rz(yaw) * ry(pitch) * rx(roll), epsilon = 1e-15);
+}
+
+/// What every pilot knows: from the seat, x forward, y right, z down.
+#[test]
+fn z_down_pitches_nose_up_rolls_right_wing_down_and_yaws_nose_right() {
+    let turned = |roll, pitch, yaw, axis: Vector3<f64>| {
+        Convention::ZDown.rotation(Angles { roll, pitch, yaw }) * axis
+    };
+    let (forward, up, right) = (Vector3::x(), Vector3::y(), Vector3::z());
+    assert_abs_diff_eq!(turned(0.0, FRAC_PI_2, 0.0, forward), up, epsilon = 1e-15);
+    assert_abs_diff_eq!(turned(FRAC_PI_2, 0.0, 0.0, right), -up, epsilon = 1e-15);
+    assert_abs_diff_eq!(turned(0.0, 0.0, FRAC_PI_2, forward), right, epsilon = 1e-15);
+}
+
 /// Dietmaier's published rotation matrices: angles in each convention give the matrix back by that convention's product
 /// of turns, and a mixture of two conventions gives another matrix.
 #[test]
@@ -102,7 +128,7 @@ fn ten_degrees_read_in_the_wrong_convention_are_off_by_three_hundredths() {
         pitch: ten,
         yaw: ten,
     };
-    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+    for (a, b) in [(0, 1), (1, 2), (2, 0), (3, 0), (3, 1), (3, 2)] {
         let wrong = ALL[a].rotation(angles).angle_to(&ALL[b].rotation(angles));
         assert!(wrong > 3e-2, "{:?} as {:?}: {wrong}", ALL[a], ALL[b]);
     }
@@ -117,6 +143,9 @@ fn positions_turn_with_the_axes() {
         assert_eq!(pose.position, Vector3::new(1.0, 3.0, -2.0));
         assert_eq!(convention.coordinates(&pose).0, z_up_point);
     }
+    let pose = Convention::ZDown.pose(z_up_point, ANGLES);
+    assert_eq!(pose.position, Vector3::new(1.0, -3.0, 2.0));
+    assert_eq!(Convention::ZDown.coordinates(&pose).0, z_up_point);
     assert_eq!(
         Convention::Gost.pose(z_up_point, ANGLES).position,
         z_up_point
@@ -135,10 +164,30 @@ fn gimbal_lock_gives_angles_of_the_same_rotation_and_no_roll() {
             let angles = convention.angles(&rotation);
             assert_eq!(angles.roll, 0.0, "{convention:?}");
             let again = convention.rotation(angles);
-            assert!(
-                rotation.angle_to(&again) < 1e-7,
-                "{convention:?} {angles:?}"
-            );
+            let wrong =
+                rotation.to_rotation_matrix().matrix() - again.to_rotation_matrix().matrix();
+            assert!(wrong.amax() < 1e-14, "{convention:?} {angles:?}");
+        }
+    }
+}
+
+/// Within a micro-radian of ±90° roll and yaw cannot be told apart, yet the three angles are the rotation.
+#[test]
+fn angles_beside_gimbal_lock_are_those_of_the_very_rotation() {
+    for convention in ALL {
+        for off in [0.0, 1e-16, 1e-15, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6] {
+            for (roll, side, yaw) in [(0.3, 1.0, 0.7), (-2.0, -1.0, 1.1), (3.0, 1.0, -0.4)] {
+                let pitch = side * (FRAC_PI_2 - off);
+                let rotation = convention.rotation(Angles { roll, pitch, yaw });
+                let again = convention.rotation(convention.angles(&rotation));
+                let wrong =
+                    rotation.to_rotation_matrix().matrix() - again.to_rotation_matrix().matrix();
+                assert!(
+                    wrong.amax() < 1e-14,
+                    "{convention:?} {off:e}: {:e}",
+                    wrong.amax()
+                );
+            }
         }
     }
 }
@@ -162,7 +211,7 @@ fn the_worked_examples_of_the_documentation_are_true() {
     let text = include_str!("../../../docs/kinematics.md");
     let geometry = preset("rexroth_emotion8000");
     let [lower, upper] = hinges("rexroth_emotion8000");
-    for (name, convention) in ["gost", "zyx", "xyz"].into_iter().zip(ALL) {
+    for (name, convention) in ["gost", "zyx", "xyz", "z-down"].into_iter().zip(ALL) {
         let start = format!("| `{name}` | `");
         let row = text.lines().find(|line| line.starts_with(&start)).unwrap();
         let cells: Vec<Vec<f64>> = row
@@ -174,14 +223,15 @@ fn the_worked_examples_of_the_documentation_are_true() {
         let &[x, y, z, roll, pitch, yaw] = cells[0].as_slice() else {
             panic!("{row}");
         };
-        // The hinges in the axes of the convention: z up is (x, −z, y) of Y up.
+        // The hinges in the axes of the convention: z up is (x, −z, y) of Y up, z down is (x, z, −y).
         let axes = |v: Vector3<f64>| match convention {
             Convention::Gost => v,
+            Convention::ZDown => Vector3::new(v.x, v.z, -v.y),
             _ => Vector3::new(v.x, -v.z, v.y),
         };
         let matrix = match convention {
             Convention::Gost => ry(yaw) * rz(pitch) * rx(roll),
-            Convention::Zyx => rz(yaw) * ry(pitch) * rx(roll),
+            Convention::Zyx | Convention::ZDown => rz(yaw) * ry(pitch) * rx(roll),
             Convention::Xyz => rx(roll) * ry(pitch) * rz(yaw),
         };
         let pose = convention.pose(Vector3::new(x, y, z), Angles { roll, pitch, yaw });

@@ -118,17 +118,23 @@ fn nategh_and_aghelis_legs_are_all_equal_at_their_leg_offset() {
     }
 }
 
+/// Heights and lengths in the CAD, and the heave in the controller's program that leads from there to neutral.
 #[test]
-fn rexroth_bases_have_their_cad_lengths_at_their_cad_height() {
-    for (name, height, length) in [
-        ("rexroth_emotion8000", 1.618494, 2.686011),
-        ("rexroth_emotion1500", 1.084863, 1.4555),
+fn rexroth_bases_stand_inside_their_stroke_in_the_cad_and_at_mid_stroke_when_neutral() {
+    for (name, height, length, heave, half_stroke) in [
+        ("rexroth_emotion8000", 1.618494, 2.686011, 0.9986208, 0.8),
+        ("rexroth_emotion1500", 1.084863, 1.4555, 0.4663845, 0.4),
     ] {
         let geometry = bases::preset(name);
         let mut pose = geometry.home();
         pose.position.y = height;
         assert!(misfit(&geometry, &pose, &[length; 6]) < 1e-6, "{name}");
-        assert_abs_diff_eq!(geometry.length_min_m(), length, epsilon = 1e-12);
+        let stroke = geometry.length_min_m()..geometry.length_max_m();
+        assert!(stroke.contains(&length), "{name}");
+        // The preset rounds the neutral height to a millimetre.
+        assert_abs_diff_eq!(geometry.home_height_m(), height + heave, epsilon = 5e-4);
+        let stroke = geometry.length_max_m() - geometry.length_min_m();
+        assert_abs_diff_eq!(stroke, 2.0 * half_stroke, epsilon = 1e-9);
     }
 }
 

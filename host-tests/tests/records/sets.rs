@@ -1,5 +1,6 @@
 //! Any coefficient set.
 
+use hexsense_core::channel::{CHANNELS, Ratiometric};
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use host_tests::sets::base;
 use proptest::array::uniform32;
@@ -11,14 +12,19 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
     let base = (any_base(), any_jacks());
     (
         (any::<[u8; 12]>(), "[a-z0-9µ-]{0,16}", any::<[u8; 8]>()),
-        (any::<u64>(), -40.0_f32..125.0, uniform32(any::<u8>())),
+        (
+            any::<u64>(),
+            -40.0_f32..125.0,
+            uniform32(any::<u8>()),
+            0_u16..1 << CHANNELS,
+        ),
         triads,
         base,
     )
         .prop_map(
             |(
                 (board, name, geometry_hash),
-                (unix_s, temperature_c, provenance),
+                (unix_s, temperature_c, provenance, ratiometric),
                 triads,
                 (base, jacks),
             )| {
@@ -29,6 +35,7 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
                     unix_s,
                     temperature_c,
                     provenance,
+                    ratiometric: Ratiometric::from_bits(ratiometric).unwrap(),
                     triads,
                     base,
                     jacks,

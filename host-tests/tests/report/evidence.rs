@@ -110,7 +110,12 @@ impl Evidence {
         }
     }
 
-    pub fn unverified(&self) -> ReportInput<'_> {
+    pub fn verified(&self) -> ReportInput<'_> {
+        let verified = Verified {
+            run: &self.held_out_run,
+            curves: &self.curves,
+            verification: &self.verification,
+        };
         ReportInput {
             campaign: &self.campaign,
             board: &self.board,
@@ -119,19 +124,7 @@ impl Evidence {
             records: &self.records,
             analysis: &self.analysis,
             characterisation: &self.characterisation,
-            verified: None,
-        }
-    }
-
-    pub fn verified(&self) -> ReportInput<'_> {
-        let verified = Verified {
-            run: &self.held_out_run,
-            curves: &self.curves,
-            verification: &self.verification,
-        };
-        ReportInput {
             verified: Some(verified),
-            ..self.unverified()
         }
     }
 }
@@ -144,6 +137,7 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
         unix_s: 1_780_000_000,
         temperature_c: 27.2,
         provenance: [0xa5; 32],
+        ratiometric: Default::default(),
         triads: analysis.triads,
         base: MotionBase::new(&geometry.geometry),
         jacks: JackCoefficients {

@@ -106,6 +106,11 @@ fn the_host_tool_has_no_circle() {
 }
 
 #[test]
+fn the_reader_of_tables_has_no_circle() {
+    without_circle("tables/src", "tables");
+}
+
+#[test]
 fn the_twin_has_no_circle() {
     without_circle("twin/src", "twin");
 }

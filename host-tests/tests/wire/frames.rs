@@ -143,7 +143,7 @@ proptest! {
 
     #[test]
     fn a_frame_is_found_after_garbage_that_a_zero_closed(
-        mut stream in vec(any::<u8>(), 0..3_000), request in messages::request(), sequence: u16,
+        mut stream in vec(any::<u8>(), 0..3_000), request in messages::message::<Request>(), sequence: u16,
     ) {
         stream.push(0);
         stream.extend(encoded(&request, sequence));
@@ -152,7 +152,7 @@ proptest! {
 
     #[test]
     fn garbage_costs_at_most_the_frame_it_runs_into(
-        mut stream in vec(any::<u8>(), 0..3_000), requests in vec(messages::request(), 2), sequence: u16,
+        mut stream in vec(any::<u8>(), 0..3_000), requests in vec(messages::message::<Request>(), 2), sequence: u16,
     ) {
         stream.extend(encoded(&requests[0], sequence));
         stream.extend(encoded(&requests[1], sequence.wrapping_add(1)));
@@ -161,7 +161,7 @@ proptest! {
 
     #[test]
     fn lost_bytes_cost_at_most_the_frame_they_belong_to_and_the_next(
-        requests in vec(messages::request(), 3), from: prop::sample::Index, lost in 1_usize..20,
+        requests in vec(messages::message::<Request>(), 3), from: prop::sample::Index, lost in 1_usize..20,
     ) {
         let mut stream = encoded(&requests[0], 1);
         let start = from.index(stream.len());

@@ -2,7 +2,7 @@
 
 use hexsense_core::records::CoefficientSet;
 use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::{MAX_FRAME, frame, message, pose, telemetry};
+use hexsense_core::wire::{MAX_FRAME, Response, frame, message, pose, telemetry};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -30,7 +30,7 @@ proptest! {
     /// Bytes that start right get further into the decoders than random ones.
     #[test]
     fn nearly_right_bytes_are_survived(
-        response in messages::response(), changes in vec((any::<Index>(), any::<u8>()), 1..4), cut: Index,
+        response in messages::message::<Response>(), changes in vec((any::<Index>(), any::<u8>()), 1..4), cut: Index,
     ) {
         let mut out = [0; MAX_FRAME];
         let length = message::encode_response(&response, 0, &mut out).unwrap();

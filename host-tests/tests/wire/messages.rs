@@ -1,481 +1,204 @@
-//! Any message: proptest strategies for everything that travels.
+//! Any message, for proptest.
+//!
+//! Every message can be deserialised. [`Draw`] is a deserializer that answers whatever is asked for with a random value,
+//! so it makes every variant of every message, without a list of them.
 
-use hexsense_core::channel::Triad;
-use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
-use hexsense_core::live_motion::Motion;
-use hexsense_core::records::Entry;
-use hexsense_core::records::log::Reason;
-use hexsense_core::records::{BaseError, RecordError, SetId};
-use hexsense_core::sampling::BlockSize;
-use hexsense_core::wire::change::{Act, Change, Key};
-use hexsense_core::wire::message::{ActiveSet, CHUNK, ChannelHarmonics, Chunk, Kept};
-use hexsense_core::wire::status::{EventCount, Events, PathCycles, ResetCause, Resets, StackUse};
+use std::fmt::Debug;
+
 use hexsense_core::wire::telemetry::{Block, Header, MAX_SCANS};
-use hexsense_core::wire::{
-    AnalyserState, BoardPose, Drive, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
-    Status, StreamContent,
-};
 use proptest::collection::vec;
-use proptest::option;
 use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::de::value::Error;
+use serde::de::{
+    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, SeqAccess,
+    VariantAccess, Visitor,
+};
 
-pub fn request() -> impl Strategy<Value = Request> {
-    prop_oneof![
-        Just(Request::Identity),
-        Just(Request::Status),
-        content().prop_map(Request::Stream),
-        any::<u32>().prop_map(Request::Rate),
-        block_size().prop_map(Request::Block),
-        (any::<u8>(), drive()).prop_map(|(analyser, drive)| Request::Drive { analyser, drive }),
-        (any::<u8>(), any::<u8>())
-            .prop_map(|(analyser, channel)| Request::Sums { analyser, channel }),
-        Just(Request::ActiveSet),
-        any::<u16>().prop_map(|offset| Request::ReadSet { offset }),
-        any::<u8>().prop_map(|age| Request::History { age }),
-        any::<u32>().prop_map(|counter| Request::Log { counter }),
-        Just(Request::Challenge),
-        (change(), any::<[u8; 32]>()).prop_map(|(change, tag)| Request::Change { change, tag }),
-        (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Request::UploadChunk { offset, bytes }),
-        Just(Request::UploadCommit),
-        Just(Request::UploadAbort),
-        (any::<u8>(), any::<u8>())
-            .prop_map(|(analyser, channel)| Request::Harmonics { analyser, channel }),
-        any::<u8>().prop_map(|analyser| Request::Motion { analyser }),
-    ]
-}
-
-pub fn response() -> impl Strategy<Value = Response> {
-    let harmonics =
-        (state(), drive(), any::<u64>(), sums()).prop_map(|(state, drive, first_scan, sums)| {
-            Response::Sums {
-                state,
-                drive,
-                first_scan,
-                sums,
-            }
-        });
-    prop_oneof![
-        Just(Response::Done),
-        refusal().prop_map(Response::Refused),
-        identity().prop_map(Response::Identity),
-        status().prop_map(Response::Status),
-        harmonics,
-        option::of(active_set()).prop_map(Response::ActiveSet),
-        (any::<u16>(), chunk()).prop_map(|(offset, bytes)| Response::SetBytes { offset, bytes }),
-        active_set().prop_map(Response::Committed),
-        option::of(kept()).prop_map(Response::Kept),
-        (any::<u32>(), vec(entry(), 0..=8)).prop_map(|(last, entries)| Response::Log {
-            last,
-            entries: entries.into_iter().collect(),
-        }),
-        any::<[u8; 16]>().prop_map(Response::Challenge),
-        any::<u8>().prop_map(|sets| Response::Erased { sets }),
-        (drive(), any::<u64>(), fit()).prop_map(|(drive, first_scan, fit)| Response::Harmonics {
-            drive,
-            first_scan,
-            harmonics: fit,
-        }),
-        (drive(), any::<u64>(), motion()).prop_map(|(drive, first_scan, motion)| {
-            Response::Motion {
-                drive,
-                first_scan,
-                motion,
-            }
-        }),
-    ]
-}
-
-fn fit() -> impl Strategy<Value = ChannelHarmonics> {
-    any::<[f64; 6]>().prop_map(|[offset, drift, a, phase, residual_rms, distortion]| {
-        ChannelHarmonics {
-            offset,
-            drift,
-            amplitude: [a; 5],
-            phase: [phase; 5],
-            residual_rms,
-            distortion,
-            uncertainty: Uncertainty {
-                offset,
-                drift,
-                amplitude: [phase; 5],
-                phase: [a; 5],
-            },
-        }
+/// Any value of this type.
+pub fn message<T: DeserializeOwned + Debug>() -> impl Strategy<Value = T> {
+    any::<u64>().prop_map(|seed| {
+        let mut draw = Draw(ChaCha8Rng::seed_from_u64(seed));
+        // A list or text that is drawn too long for its type is drawn again.
+        let drawn = (0..100).find_map(|_| T::deserialize(&mut draw).ok());
+        drawn.expect("most values fit their types")
     })
-}
-
-fn motion() -> impl Strategy<Value = Result<Motion, PoseRefusal>> {
-    let moved = any::<([f32; 6], [f32; 9])>();
-    prop_oneof![
-        moved.prop_map(|(amplitude, factors)| Ok(Motion { amplitude, factors })),
-        any::<u8>().prop_map(|jack| Err(PoseRefusal::NotFinite { jack })),
-    ]
-}
-
-pub fn change() -> impl Strategy<Value = Change> {
-    let act = prop_oneof![
-        (any::<u16>(), any::<[u8; 32]>())
-            .prop_map(|(length, digest)| Act::Upload { length, digest }),
-        set_id().prop_map(Act::Rollback),
-        Just(Act::FactoryReset),
-        any::<[u8; 32]>().prop_map(|key| Act::Provision(Key(key))),
-    ];
-    (any::<u64>(), act).prop_map(|(unix_s, act)| Change { unix_s, act })
-}
-
-fn entry() -> impl Strategy<Value = Entry> {
-    let reason = proptest::sample::select(vec![
-        Reason::Upload,
-        Reason::Rollback,
-        Reason::FactoryReset,
-        Reason::Provision,
-        Reason::Fallback,
-    ]);
-    let ids = (option::of(set_id()), option::of(set_id()));
-    (any::<u32>(), reason, any::<u64>(), ids).prop_map(
-        |(counter, reason, unix_s, (id, previous))| Entry {
-            counter,
-            reason,
-            unix_s,
-            id,
-            previous,
-        },
-    )
-}
-
-fn kept() -> impl Strategy<Value = Kept> {
-    let times = (any::<u64>(), any::<u64>());
-    (any::<u32>(), set_id(), any::<u16>(), times).prop_map(
-        |(sequence, id, length, (made_unix_s, uploaded_unix_s))| Kept {
-            sequence,
-            id,
-            length,
-            made_unix_s,
-            uploaded_unix_s,
-        },
-    )
-}
-
-pub fn refusal() -> impl Strategy<Value = Refusal> {
-    let two = (any::<u16>(), any::<u16>());
-    prop_oneof![
-        Just(Refusal::Malformed),
-        any::<u32>().prop_map(|hz| Refusal::Rate { hz }),
-        (any::<u32>(), any::<u32>())
-            .prop_map(|(bits_per_s, limit)| Refusal::LinkCapacity { bits_per_s, limit }),
-        Just(Refusal::NoCrystal),
-        drive_error().prop_map(Refusal::Drive),
-        (any::<u8>(), any::<u8>()).prop_map(|(drive, board)| Refusal::OtherBlock { drive, board }),
-        any::<u8>().prop_map(|analyser| Refusal::Analyser { analyser }),
-        any::<u8>().prop_map(|channel| Refusal::Channel { channel }),
-        Just(Refusal::NoSet),
-        two.prop_map(|(offset, length)| Refusal::Offset { offset, length }),
-        Just(Refusal::NoUpload),
-        two.prop_map(|(length, limit)| Refusal::Length { length, limit }),
-        any::<u16>().prop_map(|expected| Refusal::OutOfOrder { expected }),
-        Just(Refusal::WrongIdentity),
-        record_error().prop_map(Refusal::Record),
-        Just(Refusal::OtherBoard),
-        Just(Refusal::Flash),
-        Just(Refusal::Unprovisioned),
-        Just(Refusal::NoChallenge),
-        Just(Refusal::WrongTag),
-        any::<u32>().prop_map(|ms| Refusal::BackOff { ms }),
-        Just(Refusal::Expired),
-        Just(Refusal::NoSuchSet),
-        Just(Refusal::AlreadyActive),
-        Just(Refusal::LogFull),
-        Just(Refusal::Log),
-        Just(Refusal::Erasure),
-        Just(Refusal::Random),
-        Just(Refusal::Busy),
-        any::<u8>().prop_map(|analyser| Refusal::Incomplete { analyser }),
-        any::<u32>().prop_map(|blocks| Refusal::Undetermined { blocks }),
-        Just(Refusal::EarlierLog),
-    ]
 }
 
 pub fn block() -> impl Strategy<Value = Block> {
-    header().prop_flat_map(|header| {
-        let scans = usize::from(header.scans);
-        let counts = vec(any::<[u16; 15]>(), scans).prop_map(|scans| scans.into_iter().collect());
-        let values = vec(any::<[f32; 9]>(), scans).prop_map(|values| values.into_iter().collect());
+    (message::<Header>(), 1..=MAX_SCANS as u8).prop_flat_map(|(header, scans)| {
+        let counts = vec(any::<[u16; 15]>(), usize::from(scans));
+        let values = vec(any::<[f32; 9]>(), usize::from(scans));
         (counts, values).prop_map(move |(counts, values)| Block {
-            header,
-            counts: header.content.counts.then_some(counts),
-            values: header.content.values.then_some(values),
+            header: Header { scans, ..header },
+            counts: (header.content.counts).then(|| counts.into_iter().collect()),
+            values: (header.content.values).then(|| values.into_iter().collect()),
         })
     })
 }
 
-pub fn header() -> impl Strategy<Value = Header> {
-    (
-        any::<u64>(),
-        1..=MAX_SCANS as u8,
-        any::<u32>(),
-        any::<f32>(),
-        any::<f32>(),
-        option::of(set_id()),
-        any::<u32>(),
-        content(),
-    )
-        .prop_map(
-            |(first_scan, scans, rate_hz, supply, temperature_c, set, dropped, content)| Header {
-                first_scan,
-                scans,
-                rate_hz,
-                supply,
-                temperature_c,
-                set,
-                dropped,
-                content,
-            },
-        )
+struct Draw(ChaCha8Rng);
+
+impl Draw {
+    /// As often short as long.
+    fn length(&mut self) -> usize {
+        let longest = 1 << self.0.random_range(0..8);
+        self.0.random_range(0..=longest)
+    }
 }
 
-fn record_error() -> impl Strategy<Value = RecordError> {
-    let triad = proptest::sample::select(&Triad::ALL[..]);
-    prop_oneof![
-        any::<u32>().prop_map(|length| RecordError::Length { length }),
-        (any::<u32>(), any::<u32>())
-            .prop_map(|(stored, computed)| RecordError::Checksum { stored, computed }),
-        Just(RecordError::Layout),
-        triad
-            .clone()
-            .prop_map(|triad| RecordError::NotFinite { triad }),
-        triad.prop_map(|triad| RecordError::Singular { triad }),
-        base_error().prop_map(RecordError::Base),
-        Just(RecordError::Temperature),
-    ]
-}
-
-fn drive_error() -> impl Strategy<Value = DriveError> {
-    prop_oneof![
-        Just(DriveError::Frequency),
-        any::<u8>().prop_map(|scans| DriveError::FifthHarmonic { scans }),
-        any::<u32>().prop_map(|blocks| DriveError::Blocks { blocks }),
-    ]
-}
-
-fn block_size() -> impl Strategy<Value = BlockSize> {
-    proptest::sample::select(&BlockSize::ALL[..])
-}
-
-fn base_error() -> impl Strategy<Value = BaseError> {
-    prop_oneof![
-        Just(BaseError::NotFinite),
-        Just(BaseError::Stroke),
-        any::<u8>().prop_map(|jack| BaseError::Home { jack }),
-        Just(BaseError::Degenerate),
-        any::<u8>().prop_map(|jack| BaseError::Transducer { jack }),
-    ]
-}
-
-pub fn pose_report() -> impl Strategy<Value = PoseReport> {
-    let pose = (
-        [any::<f32>(); 3],
-        [any::<f32>(); 4],
-        [any::<f32>(); 2],
-        any::<u8>(),
-    )
-        .prop_map(|(position_m, rotation, bounds, iterations)| BoardPose {
-            position_m,
-            rotation,
-            residual_m: bounds[0],
-            condition_bound: bounds[1],
-            iterations,
-        });
-    let outcome = prop_oneof![pose.prop_map(Ok), pose_refusal().prop_map(Err)];
-    (any::<u64>(), block_size(), set_id(), outcome).prop_map(|(first_scan, block, set, outcome)| {
-        PoseReport {
-            first_scan,
-            block,
-            set,
-            outcome,
+/// Methods that draw a number of their type. Floats are finite, because NaN differs from itself: one bit of the exponent
+/// is 0.
+macro_rules! numbers {
+    ($($method:ident $visit:ident $number:expr,)*) => {$(
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+            let number: fn(&mut ChaCha8Rng) -> _ = $number;
+            visitor.$visit(number(&mut self.0))
         }
-    })
+    )*};
 }
 
-fn pose_refusal() -> impl Strategy<Value = PoseRefusal> {
-    prop_oneof![
-        base_error().prop_map(PoseRefusal::Base),
-        any::<u8>().prop_map(|jack| PoseRefusal::NotFinite { jack }),
-        (any::<u8>(), any::<f32>())
-            .prop_map(|(jack, length_m)| PoseRefusal::OutsideStroke { jack, length_m }),
-        Just(PoseRefusal::Singular),
-        any::<f32>().prop_map(|short_m| PoseRefusal::Unreachable { short_m }),
-        any::<f32>().prop_map(|short_m| PoseRefusal::NoConvergence { short_m }),
-        Just(PoseRefusal::BranchChanged),
-        (any::<f32>(), any::<f32>()).prop_map(|(distance_m, angle_rad)| PoseRefusal::Jump {
-            distance_m,
-            angle_rad
-        }),
-    ]
-}
+impl<'de> Deserializer<'de> for &mut Draw {
+    type Error = Error;
 
-fn status() -> impl Strategy<Value = Status> {
-    let text = "[a-z µ]{0,64}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap());
-    (
-        (any::<u64>(), any::<u32>(), any::<u64>(), any::<u64>()),
-        (
-            block_size(),
-            option::of(any::<u64>()),
-            events(),
-            option::of(any::<u64>()),
-        ),
-        ([any::<u32>(); 3], [state(), state(), state()]),
-        (any::<f32>(), any::<u8>(), any::<f32>(), any::<bool>()),
-        (resets(), [any::<u32>(); 2]),
-        (
-            [any::<bool>(); 2],
-            option::of([any::<f32>(); 2]),
-            option::of(text),
-        ),
-    )
-        .prop_map(|(scans, converters, path, analog, starts, rest)| Status {
-            uptime_ms: scans.0,
-            rate_hz: scans.1,
-            scans: scans.2,
-            block: converters.0,
-            scans_lost: scans.3,
-            first_lost_scan: converters.1,
-            events: converters.2,
-            first_with_set_ms: converters.3,
-            path_cycles: PathCycles {
-                min: path.0[0],
-                max: path.0[1],
-                last: path.0[2],
-            },
-            analysers: path.1,
-            crystal: rest.0[0],
-            supply: analog.0,
-            supply_readings: analog.1,
-            temperature_c: analog.2,
-            in_calibrated_range: analog.3,
-            tilt_approximate_rad: rest.1,
-            provisioned: rest.0[1],
-            resets: starts.0,
-            stack: StackUse {
-                deepest: starts.1[0],
-                size: starts.1[1],
-            },
-            panic: rest.2,
+    numbers! {
+        deserialize_bool visit_bool |random| random.random(),
+        deserialize_u8 visit_u8 |random| random.random(),
+        deserialize_u16 visit_u16 |random| random.random(),
+        deserialize_u32 visit_u32 |random| random.random(),
+        deserialize_u64 visit_u64 |random| random.random(),
+        deserialize_i64 visit_i64 |random| random.random(),
+        deserialize_f32 visit_f32 |random| f32::from_bits(random.random::<u32>() & !(1 << 23)),
+        deserialize_f64 visit_f64 |random| f64::from_bits(random.random::<u64>() & !(1 << 52)),
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        let text: String = (0..self.length())
+            .map(|_| self.0.random::<char>())
+            .collect();
+        visitor.visit_str(&text)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        if self.0.random() {
+            visitor.visit_some(self)
+        } else {
+            visitor.visit_none()
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        let left = self.length();
+        visitor.visit_seq(Items { draw: self, left })
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        left: usize,
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_seq(Items { draw: self, left })
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        self.deserialize_tuple(fields.len(), visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_enum(Variant {
+            draw: self,
+            variants: variants.len() as u32,
         })
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        unimplemented!("no message has such a field")
+    }
+
+    serde::forward_to_deserialize_any! {
+        i8 i16 i32 char string bytes byte_buf unit unit_struct tuple_struct map identifier ignored_any
+    }
 }
 
-fn events() -> impl Strategy<Value = Events> {
-    [(any::<u32>(), any::<u64>()); 13].prop_map(|tallies| {
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m] =
-            tallies.map(|(count, last_ms)| EventCount { count, last_ms });
-        Events {
-            overruns: a,
-            late_blocks: b,
-            stuck: c,
-            blocks_dropped: d,
-            frames_unsent: e,
-            frames_not_cobs: f,
-            frames_of_wrong_length: g,
-            frames_of_wrong_checksum: h,
-            frames_of_wrong_kind: i,
-            receiver_overruns: j,
-            receiver_errors: k,
-            flash_corrections: l,
-            torn_words: m,
+/// So many items of a list, or fields.
+struct Items<'d> {
+    draw: &'d mut Draw,
+    left: usize,
+}
+
+impl<'de> SeqAccess<'de> for Items<'_> {
+    type Error = Error;
+
+    fn next_element_seed<S: DeserializeSeed<'de>>(
+        &mut self,
+        seed: S,
+    ) -> Result<Option<S::Value>, Error> {
+        if self.left == 0 {
+            return Ok(None);
         }
-    })
+        self.left -= 1;
+        seed.deserialize(&mut *self.draw).map(Some)
+    }
 }
 
-fn resets() -> impl Strategy<Value = Resets> {
-    ([any::<u32>(); 7], option::of(any::<u64>())).prop_map(|(counts, previous_uptime_ms)| {
-        let [starts, brown_outs, pin, software, panics, watchdog, other] = counts;
-        Resets {
-            starts,
-            brown_outs,
-            pin,
-            software,
-            panics,
-            watchdog,
-            other,
-            previous_uptime_ms,
-        }
-    })
+/// One of so many variants.
+struct Variant<'d> {
+    draw: &'d mut Draw,
+    variants: u32,
 }
 
-fn identity() -> impl Strategy<Value = Identity> {
-    let reset = prop_oneof![
-        Just(ResetCause::PowerOn),
-        Just(ResetCause::BrownOut),
-        Just(ResetCause::Pin),
-        Just(ResetCause::Software),
-        Just(ResetCause::Panic),
-        Just(ResetCause::Watchdog),
-        Just(ResetCause::Other),
-    ];
-    ([any::<u8>(); 12], "[A-Z0-9-]{0,32}", reset).prop_map(|(board, hardware, reset)| Identity {
-        board,
-        hardware: heapless::String::try_from(hardware.as_str()).unwrap(),
-        reset,
-        facts: hexsense::FACTS,
-    })
+impl<'d, 'de> EnumAccess<'de> for Variant<'d> {
+    type Error = Error;
+    type Variant = &'d mut Draw;
+
+    fn variant_seed<S: DeserializeSeed<'de>>(
+        self,
+        seed: S,
+    ) -> Result<(S::Value, Self::Variant), Error> {
+        let index = self.draw.0.random_range(0..self.variants);
+        Ok((seed.deserialize(index.into_deserializer())?, self.draw))
+    }
 }
 
-fn sums() -> impl Strategy<Value = ChannelSums> {
-    (
-        any::<i64>(),
-        any::<i64>(),
-        any::<u64>(),
-        [any::<i64>(); 5],
-        [any::<i64>(); 5],
-    )
-        .prop_map(|(offset, drift, square, cosine, sine)| ChannelSums {
-            offset,
-            drift,
-            square,
-            cosine,
-            sine,
-        })
-}
+impl<'de> VariantAccess<'de> for &mut Draw {
+    type Error = Error;
 
-fn drive() -> impl Strategy<Value = Drive> {
-    (any::<u64>(), block_size(), any::<u32>(), any::<u32>()).prop_map(
-        |(increment, block, settle_blocks, blocks)| Drive {
-            increment,
-            block,
-            settle_blocks,
-            blocks,
-        },
-    )
-}
+    fn unit_variant(self) -> Result<(), Error> {
+        Ok(())
+    }
 
-fn state() -> impl Strategy<Value = AnalyserState> {
-    prop_oneof![
-        Just(AnalyserState::Idle),
-        Just(AnalyserState::Settling),
-        Just(AnalyserState::Summing),
-        Just(AnalyserState::Complete),
-    ]
-}
+    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Error> {
+        seed.deserialize(self)
+    }
 
-fn active_set() -> impl Strategy<Value = ActiveSet> {
-    (set_id(), any::<u32>(), any::<u16>()).prop_map(|(id, sequence, length)| ActiveSet {
-        id,
-        sequence,
-        length,
-    })
-}
+    fn tuple_variant<V: Visitor<'de>>(self, fields: usize, visitor: V) -> Result<V::Value, Error> {
+        self.deserialize_tuple(fields, visitor)
+    }
 
-fn content() -> impl Strategy<Value = StreamContent> {
-    [any::<bool>(); 3].prop_map(|[counts, values, pose]| StreamContent {
-        counts,
-        values,
-        pose,
-    })
-}
-
-fn set_id() -> impl Strategy<Value = SetId> {
-    [any::<u8>(); 8].prop_map(SetId)
-}
-
-fn chunk() -> impl Strategy<Value = Chunk> {
-    vec(any::<u8>(), 0..=CHUNK).prop_map(|bytes| Chunk::from_slice(&bytes).unwrap())
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        self.deserialize_tuple(fields.len(), visitor)
+    }
 }

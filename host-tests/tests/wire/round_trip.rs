@@ -4,7 +4,9 @@ use hexsense_core::channel::{INERTIAL, JACKS, Scan};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::telemetry::Samples;
-use hexsense_core::wire::{Frame, Kind, MAX_FRAME, message, pose, telemetry};
+use hexsense_core::wire::{
+    Frame, Kind, MAX_FRAME, PoseReport, Request, Response, message, pose, telemetry,
+};
 use proptest::prelude::*;
 
 use crate::messages;
@@ -32,7 +34,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn every_request_arrives_as_sent(request in messages::request(), sequence: u16) {
+    fn every_request_arrives_as_sent(request in messages::message::<Request>(), sequence: u16) {
         let mut out = [0; MAX_FRAME];
         let length = message::encode_request(&request, sequence, &mut out).unwrap();
         let received = receive(&out[..length], |frame| {
@@ -45,7 +47,7 @@ proptest! {
     }
 
     #[test]
-    fn every_response_arrives_as_sent(response in messages::response(), sequence: u16) {
+    fn every_response_arrives_as_sent(response in messages::message::<Response>(), sequence: u16) {
         let mut out = [0; MAX_FRAME];
         let length = message::encode_response(&response, sequence, &mut out).unwrap();
         let received = receive(&out[..length], |frame| {
@@ -74,7 +76,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn every_pose_arrives_as_sent(report in messages::pose_report(), sequence: u16) {
+    fn every_pose_arrives_as_sent(report in messages::message::<PoseReport>(), sequence: u16) {
         let mut out = [0; MAX_FRAME];
         let length = pose::encode(&report, sequence, &mut out).unwrap();
         let received = receive(&out[..length], |frame| {

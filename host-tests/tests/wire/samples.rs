@@ -1,4 +1,6 @@
-//! One message of every kind, with numbers whose bytes are all different.
+//! One message of every kind, with numbers whose bytes are all different, as lines: kind, name, and frame in hexadecimal.
+
+use std::fmt::Write;
 
 use hexsense_core::channel::Triad;
 use hexsense_core::facts::{BoardFacts, FlashLayout};
@@ -9,23 +11,85 @@ use hexsense_core::records::log::Reason;
 use hexsense_core::records::{BaseError, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::{Act, Change, Key};
-use hexsense_core::wire::message::{ActiveSet, ChannelHarmonics, Chunk, Kept};
+use hexsense_core::wire::message::{
+    ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
+};
 use hexsense_core::wire::status::{EventCount, Events, PathCycles, ResetCause, Resets, StackUse};
-use hexsense_core::wire::telemetry::Header;
+use hexsense_core::wire::telemetry::{self, Header, Samples};
 use hexsense_core::wire::{
-    AnalyserState, BoardPose, Drive, Identity, PoseRefusal, PoseReport, Refusal, Request, Response,
-    Status, StreamContent,
+    AnalyserState, BoardPose, Drive, FrameError, Identity, MAX_FRAME, PoseRefusal, PoseReport,
+    Refusal, Request, Response, Status, StreamContent, pose,
 };
 
-/// Lists a sample beside every variant of an enum; a variant without a sample does not compile.
+/// A line for every variant of an enum, with a sample put into a message; a variant without a sample does not compile.
 macro_rules! one_of_each {
-    ($type:ident { $($name:ident $fields:tt => $sample:expr,)* }) => {{
+    ($kind:literal, $frame:expr, $type:ident { $($name:ident $fields:tt => $sample:expr,)* }) => {{
         let exhaustive = |value: &$type| match value { $($type::$name $fields => stringify!($name),)* };
-        let samples = vec![$($sample),*];
-        let names = [$(stringify!($name)),*];
-        assert!(samples.iter().map(exhaustive).eq(names), "a sample is not of its variant");
-        samples.into_iter().zip(names).map(|(sample, name)| (name, sample)).collect::<Vec<_>>()
+        let mut lines = String::new();
+        $(
+            let sample = $sample;
+            assert_eq!(exhaustive(&sample), stringify!($name), "a sample is not of its variant");
+            writeln!(lines, "{} {} {}", $kind, stringify!($name), $frame(sample)).unwrap();
+        )*
+        lines
     }};
+}
+
+pub const SEQUENCE: u16 = 0x0B0A;
+
+/// A frame in hexadecimal.
+pub fn hex(encode: impl FnOnce(&mut [u8]) -> Result<usize, FrameError>) -> String {
+    let mut out = [0; MAX_FRAME];
+    let length = encode(&mut out).unwrap();
+    out[..length].iter().fold(String::new(), |mut text, byte| {
+        write!(text, "{byte:02x}").unwrap();
+        text
+    })
+}
+
+fn request(request: Request) -> String {
+    hex(|out| encode_request(&request, SEQUENCE, out))
+}
+
+fn response(response: Response) -> String {
+    hex(|out| encode_response(&response, SEQUENCE, out))
+}
+
+fn refused(error: RecordError) -> String {
+    response(Response::Refused(Refusal::Record(error)))
+}
+
+/// The lines of all messages.
+pub fn everything() -> String {
+    let no_set = response(Response::ActiveSet(None));
+    let no_samples = Samples {
+        inertial: &[],
+        jacks: &[],
+        values: &[],
+    };
+    let header = Header {
+        content: StreamContent::default(),
+        ..header()
+    };
+    let block = hex(|out| telemetry::encode(&header, no_samples, SEQUENCE, out));
+    [
+        requests(),
+        block_sizes(),
+        acts(),
+        responses(),
+        format!("response NoActiveSet {no_set}\n"),
+        refusals(),
+        record_errors(),
+        base_errors(),
+        drive_errors(),
+        triads(),
+        reset_causes(),
+        reasons(),
+        harmonic_states(),
+        format!("block Header {block}\n"),
+        pose_reports(),
+    ]
+    .concat()
 }
 
 const ID: SetId = SetId([0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8]);
@@ -79,8 +143,8 @@ fn chunk() -> Chunk {
     Chunk::from_slice(&[0xC1, 0x00, 0xC3]).unwrap()
 }
 
-pub fn requests() -> Vec<(&'static str, Request)> {
-    one_of_each!(Request {
+fn requests() -> String {
+    one_of_each!("request", request, Request {
         Identity {} => Request::Identity,
         Status {} => Request::Status,
         Stream { .. } => Request::Stream(CONTENT),
@@ -102,8 +166,8 @@ pub fn requests() -> Vec<(&'static str, Request)> {
     })
 }
 
-pub fn responses() -> Vec<(&'static str, Response)> {
-    one_of_each!(Response {
+fn responses() -> String {
+    one_of_each!("response", response, Response {
         Done {} => Response::Done,
         Refused { .. } => Response::Refused(Refusal::Malformed),
         Identity { .. } => identity(ResetCause::PowerOn),
@@ -121,8 +185,8 @@ pub fn responses() -> Vec<(&'static str, Response)> {
     })
 }
 
-pub fn refusals() -> Vec<(&'static str, Refusal)> {
-    one_of_each!(Refusal {
+fn refusals() -> String {
+    one_of_each!("refusal", |refusal| response(Response::Refused(refusal)), Refusal {
         Malformed {} => Refusal::Malformed,
         Rate { .. } => Refusal::Rate { hz: 0x0102_0304 },
         LinkCapacity { .. } => Refusal::LinkCapacity { bits_per_s: 0x0102_0304, limit: 0x1112_1314 },
@@ -158,39 +222,34 @@ pub fn refusals() -> Vec<(&'static str, Refusal)> {
     })
 }
 
-pub fn acts() -> Vec<(&'static str, Request)> {
-    let named = one_of_each!(Act {
+fn acts() -> String {
+    one_of_each!("act", |act| request(change(act)), Act {
         Upload { .. } => UPLOAD,
         Rollback { .. } => Act::Rollback(ID),
         FactoryReset {} => Act::FactoryReset,
         Provision { .. } => Act::Provision(Key(*b"ABCDEFGHIJKLMNOPQRSTUVWXYZ543210")),
-    });
-    named
-        .into_iter()
-        .map(|(name, act)| (name, change(act)))
-        .collect()
+    })
 }
 
-pub fn reasons() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(Reason {
+fn reasons() -> String {
+    let log = |reason| {
+        let entries = [Entry { reason, ..ENTRY }].into_iter().collect();
+        response(Response::Log {
+            last: 0x0102_0304,
+            entries,
+        })
+    };
+    one_of_each!("reason", log, Reason {
         Upload {} => Reason::Upload,
         Rollback {} => Reason::Rollback,
         FactoryReset {} => Reason::FactoryReset,
         Provision {} => Reason::Provision,
         Fallback {} => Reason::Fallback,
-    });
-    let log = |reason| Response::Log {
-        last: 0x0102_0304,
-        entries: [Entry { reason, ..ENTRY }].into_iter().collect(),
-    };
-    named
-        .into_iter()
-        .map(|(name, reason)| (name, log(reason)))
-        .collect()
+    })
 }
 
-pub fn record_errors() -> Vec<(&'static str, RecordError)> {
-    one_of_each!(RecordError {
+fn record_errors() -> String {
+    one_of_each!("record-error", refused, RecordError {
         Length { .. } => RecordError::Length { length: 0x0102_0304 },
         Checksum { .. } => RecordError::Checksum { stored: 0x0102_0304, computed: 0x1112_1314 },
         Layout {} => RecordError::Layout,
@@ -201,54 +260,53 @@ pub fn record_errors() -> Vec<(&'static str, RecordError)> {
     })
 }
 
-pub fn drive_errors() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(DriveError {
+fn drive_errors() -> String {
+    one_of_each!("drive-error", |error| response(Response::Refused(Refusal::Drive(error))), DriveError {
         Frequency {} => DriveError::Frequency,
         FifthHarmonic { .. } => DriveError::FifthHarmonic { scans: 32 },
         Blocks { .. } => DriveError::Blocks { blocks: 0x0102_0304 },
-    });
-    named
-        .into_iter()
-        .map(|(name, error)| (name, Response::Refused(Refusal::Drive(error))))
-        .collect()
+    })
 }
 
-pub fn block_sizes() -> Vec<(&'static str, Request)> {
-    let named = one_of_each!(BlockSize {
+fn block_sizes() -> String {
+    one_of_each!("block-size", |block| request(Request::Block(block)), BlockSize {
         One {} => BlockSize::One,
         Four {} => BlockSize::Four,
         Eight {} => BlockSize::Eight,
         Sixteen {} => BlockSize::Sixteen,
         ThirtyTwo {} => BlockSize::ThirtyTwo,
-    });
-    named
-        .into_iter()
-        .map(|(name, block)| (name, Request::Block(block)))
-        .collect()
+    })
 }
 
-pub fn base_errors() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(BaseError {
+fn base_errors() -> String {
+    one_of_each!("base-error", |error| refused(RecordError::Base(error)), BaseError {
         NotFinite {} => BaseError::NotFinite,
         Stroke {} => BaseError::Stroke,
         Home { .. } => BaseError::Home { jack: 6 },
         Degenerate {} => BaseError::Degenerate,
         Transducer { .. } => BaseError::Transducer { jack: 5 },
-    });
-    named
-        .into_iter()
-        .map(|(name, error)| {
-            (
-                name,
-                Response::Refused(Refusal::Record(RecordError::Base(error))),
-            )
-        })
-        .collect()
+    })
 }
 
 /// A pose, and every reason why there is none.
-pub fn pose_reports() -> Vec<(&'static str, PoseReport)> {
-    let refusals = one_of_each!(PoseRefusal {
+fn pose_reports() -> String {
+    let pose = BoardPose {
+        position_m: [0.5, 2.25, -0.75],
+        rotation: [0.968_75, 0.125, -0.062_5, 0.203_125],
+        residual_m: 0.015_625,
+        condition_bound: 24.5,
+        iterations: 3,
+    };
+    let report = |outcome| {
+        let report = PoseReport {
+            first_scan: 0x0102_0304_0506_0708,
+            block: BlockSize::Four,
+            set: ID,
+            outcome,
+        };
+        hex(|out| pose::encode(&report, SEQUENCE, out))
+    };
+    let refused = one_of_each!("pose", |refusal| report(Err(refusal)), PoseRefusal {
         Base { .. } => PoseRefusal::Base(BaseError::Stroke),
         NotFinite { .. } => PoseRefusal::NotFinite { jack: 6 },
         OutsideStroke { .. } => PoseRefusal::OutsideStroke { jack: 5, length_m: 4.015_625 },
@@ -258,42 +316,19 @@ pub fn pose_reports() -> Vec<(&'static str, PoseReport)> {
         BranchChanged {} => PoseRefusal::BranchChanged,
         Jump { .. } => PoseRefusal::Jump { distance_m: 0.062_5, angle_rad: 0.031_25 },
     });
-    let pose = BoardPose {
-        position_m: [0.5, 2.25, -0.75],
-        rotation: [0.968_75, 0.125, -0.062_5, 0.203_125],
-        residual_m: 0.015_625,
-        condition_bound: 24.5,
-        iterations: 3,
-    };
-    let report = |outcome| PoseReport {
-        first_scan: 0x0102_0304_0506_0708,
-        block: BlockSize::Four,
-        set: ID,
-        outcome,
-    };
-    let refused = refusals
-        .into_iter()
-        .map(|(name, refusal)| (name, report(Err(refusal))));
-    std::iter::once(("Pose", report(Ok(pose))))
-        .chain(refused)
-        .collect()
+    format!("pose Pose {}\n{refused}", report(Ok(pose)))
 }
 
-pub fn triads() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(Triad {
+fn triads() -> String {
+    one_of_each!("triad", |triad| refused(RecordError::Singular { triad }), Triad {
         LinearAcceleration {} => Triad::LinearAcceleration,
         AngularAcceleration {} => Triad::AngularAcceleration,
         AngularRate {} => Triad::AngularRate,
-    });
-    let refused = |triad| Response::Refused(Refusal::Record(RecordError::Singular { triad }));
-    named
-        .into_iter()
-        .map(|(name, triad)| (name, refused(triad)))
-        .collect()
+    })
 }
 
-pub fn reset_causes() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(ResetCause {
+fn reset_causes() -> String {
+    one_of_each!("reset", |cause| response(identity(cause)), ResetCause {
         PowerOn {} => ResetCause::PowerOn,
         BrownOut {} => ResetCause::BrownOut,
         Pin {} => ResetCause::Pin,
@@ -301,24 +336,16 @@ pub fn reset_causes() -> Vec<(&'static str, Response)> {
         Panic {} => ResetCause::Panic,
         Watchdog {} => ResetCause::Watchdog,
         Other {} => ResetCause::Other,
-    });
-    named
-        .into_iter()
-        .map(|(name, cause)| (name, identity(cause)))
-        .collect()
+    })
 }
 
-pub fn harmonic_states() -> Vec<(&'static str, Response)> {
-    let named = one_of_each!(AnalyserState {
+fn harmonic_states() -> String {
+    one_of_each!("harmonic-state", |state| response(harmonics(state)), AnalyserState {
         Idle {} => AnalyserState::Idle,
         Settling {} => AnalyserState::Settling,
         Summing {} => AnalyserState::Summing,
         Complete {} => AnalyserState::Complete,
-    });
-    named
-        .into_iter()
-        .map(|(name, state)| (name, harmonics(state)))
-        .collect()
+    })
 }
 
 pub fn header() -> Header {

@@ -7,7 +7,7 @@
 
 use hexsense_core::calibration::budget::{Cause, Distribution, uniform};
 use hexsense_core::calibration::truth::Site;
-use hexsense_core::channel::JACKS;
+use hexsense_core::channel::{INERTIAL, JACKS, Ratiometric};
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::kinematics::{Geometry, GeometryError};
 use hexsense_core::records::JackCoefficients;
@@ -34,6 +34,7 @@ pub struct Assumptions {
     pub site: Site,
     /// The board that the counts come from.
     pub board: BoardFacts,
+    ratiometric: Ratiometric,
 }
 
 /// Assumptions with one number changed by its standard uncertainty.
@@ -63,6 +64,7 @@ impl Assumptions {
             clock: 1.0,
             site: sensors.site(),
             board: sensors.board,
+            ratiometric: sensors.ratiometric(),
         }
     }
 
@@ -83,8 +85,19 @@ impl Assumptions {
     /// Jack lengths, m, from counts at nominal supply.
     #[must_use]
     pub fn lengths_m(&self, counts: &[f64; JACKS]) -> [f64; JACKS] {
-        self.transducers
-            .lengths_m(&counts.map(|counts| counts * self.supply))
+        let true_counts =
+            core::array::from_fn(|jack| counts[jack] * self.supply_of(INERTIAL + jack));
+        self.transducers.lengths_m(&true_counts)
+    }
+
+    /// True counts at nominal supply over assumed ones of a channel: the supply does not act on a ratiometric one.
+    #[must_use]
+    pub fn supply_of(&self, channel: usize) -> f64 {
+        if self.ratiometric.has(channel) {
+            1.0
+        } else {
+            self.supply
+        }
     }
 
     /// The transducers as a coefficient set carries them, so that the board assumes the same.
@@ -94,6 +107,7 @@ impl Assumptions {
             zero_length_m,
             zero_counts,
             metres_per_count,
+            ..
         } = self.transducers;
         JackCoefficients {
             zero_length_m: zero_length_m as f32,

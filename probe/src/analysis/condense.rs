@@ -90,8 +90,12 @@ impl<'a> Counts<'a> {
             });
         }
         let channels = capture.counts.iter().zip(&capture.supply);
-        let channels =
-            channels.map(|(scan, supply)| scan.map(|count| f64::from(count) * f64::from(*supply)));
+        let channels = channels.map(|(scan, supply)| {
+            core::array::from_fn(|channel| {
+                let factor = run.ratiometric.factor(channel, *supply);
+                f64::from(scan[channel]) * f64::from(factor)
+            })
+        });
         Ok(Self {
             run,
             channels: channels.collect(),

@@ -197,7 +197,10 @@ pub(super) fn triad_counts(
     triad: Triad,
     assumptions: &Assumptions,
 ) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| counts[triad.first_channel() + axis] * assumptions.supply)
+    Vector3::from_fn(|axis, _| {
+        let channel = triad.first_channel() + axis;
+        counts[channel] * assumptions.supply_of(channel)
+    })
 }
 
 /// First harmonics of a triad's counts at the instants of the pose, and their truth.
@@ -225,7 +228,7 @@ fn amplitudes(
     core::array::from_fn(|axis| {
         let channel = triad.first_channel() + axis;
         let early = Complex::cis(-(k as f64) * sweep.omega * assumptions.board.instant_s(channel));
-        complex(&sweep.sensors[channel].harmonics[k - 1]) * early * assumptions.supply
+        complex(&sweep.sensors[channel].harmonics[k - 1]) * early * assumptions.supply_of(channel)
     })
 }
 

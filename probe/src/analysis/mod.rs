@@ -41,6 +41,7 @@ pub mod sines;
 
 use hexsense_core::calibration::triad::TriadError;
 use hexsense_core::calibration::zero::ZeroError;
+use hexsense_core::channel::Ratiometric;
 use hexsense_core::channel::Triad;
 use hexsense_core::excitation::Program;
 use hexsense_core::kinematics::forward::ForwardError;
@@ -58,6 +59,8 @@ pub struct RecordedRun {
     pub capture: Capture,
     /// Scan rate, Hz.
     pub rate_hz: u32,
+    /// The channels on which the supply factor does not act.
+    pub ratiometric: Ratiometric,
 }
 
 /// Why captures do not make a calibration. Nothing has been written.

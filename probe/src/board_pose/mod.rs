@@ -106,7 +106,7 @@ pub fn compare(
     set: &CoefficientSet,
     id: SetId,
 ) -> Result<Difference, BoardPoseError> {
-    let mut tracker = Tracker::<f64>::new(&set.base, &set.jacks)?;
+    let mut tracker = Tracker::<f64>::new(&set.base, &set.jacks, set.ratiometric)?;
     let mut difference = Difference {
         poses: 0,
         largest_m: 0.0,

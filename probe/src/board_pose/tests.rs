@@ -3,6 +3,7 @@ use crate::geometry_file::GeometryFile;
 use hexsense_core::channel::INERTIAL;
 use hexsense_core::kinematics::{Pose, displacements};
 use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::wire::BoardPose;
 use nalgebra::{UnitQuaternion, Vector3};
 
 const ID: SetId = SetId([3; 8]);
@@ -23,6 +24,7 @@ fn set() -> CoefficientSet {
         unix_s: 0,
         temperature_c: 30.0,
         provenance: [2; 32],
+        ratiometric: Default::default(),
         triads: [triad; 3],
         base: MotionBase::new(&geometry),
         jacks: JackCoefficients {
@@ -54,7 +56,7 @@ fn moving(set: &CoefficientSet) -> (Capture, Vec<PoseReport>) {
         }
         capture.counts.push(row);
     }
-    let mut board = Tracker::<f32>::new(&set.base, &set.jacks).unwrap();
+    let mut board = Tracker::<f32>::new(&set.base, &set.jacks, set.ratiometric).unwrap();
     let reports = (0..10).map(|index| {
         let scan = 5_000 + 16 * index;
         let outcome = board.next(&block(&capture, scan, BlockSize::default()).unwrap());
@@ -131,11 +133,35 @@ fn a_pose_may_be_half_a_micrometre_and_half_a_microradian_off_and_no_more() {
 fn people_read_metres_and_degrees_or_why_there_is_no_pose() {
     let set = set();
     let (_, reports) = moving(&set);
-    let text = line(&reports[9], &set).unwrap();
-    assert!(
-        text.contains("m; roll 5.") && text.contains("condition number"),
-        "{text}"
-    );
+    // Ry(20°)·Rz(30°)·Rx(10°) as a quaternion, multiplied by hand.
+    let report = PoseReport {
+        outcome: Ok(BoardPose {
+            position_m: [0.1234, 2.2345, -0.3456],
+            rotation: [0.943_714_36, 0.127_679_44, 0.189_307_86, 0.239_298_34],
+            residual_m: 1.5e-6,
+            condition_bound: 99.0,
+            iterations: 3,
+        }),
+        ..reports[9]
+    };
+    let text = line(&report, &set).unwrap();
+    let expected = "pose      x 0.1234 m, y 2.2345 m, z -0.3456 m; roll 10.000°, yaw 20.000°, pitch 30.000°; \
+                    cond(J) ";
+    assert!(text.starts_with(expected), "{text}");
+    let document = to_json(&report, &set).unwrap();
+    for (key, expected) in [
+        ("x", 0.1234),
+        ("y", 2.2345),
+        ("z", -0.3456),
+        ("roll", 10f64.to_radians()),
+        ("yaw", 20f64.to_radians()),
+        ("pitch", 30f64.to_radians()),
+        ("residual", 1.5e-6),
+        ("iterations", 3.0),
+    ] {
+        let found = document[key].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-6, "{key}: {found}");
+    }
     let none = PoseReport {
         outcome: Err(PoseRefusal::OutsideStroke {
             jack: 3,

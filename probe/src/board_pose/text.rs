@@ -7,6 +7,8 @@ use hexsense_core::wire::{BoardPose, PoseReport};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
+use crate::plan::conditioning::condition_at;
+
 /// The board's pose in double precision.
 #[must_use]
 pub fn double(pose: &BoardPose) -> Pose<f64> {
@@ -22,8 +24,14 @@ pub fn double(pose: &BoardPose) -> Pose<f64> {
 /// # Errors
 /// [`BaseError`].
 pub fn condition(pose: &BoardPose, set: &CoefficientSet) -> Result<f64, BaseError> {
-    let tracker = Tracker::<f64>::new(&set.base, &set.jacks)?;
+    let tracker = Tracker::<f64>::new(&set.base, &set.jacks, set.ratiometric)?;
     Ok(tracker.solver().condition(&double(pose)))
+}
+
+/// The same with metres counted in radii of the upper hinges, as `hexsense plan` prints it.
+fn condition_in_radii(pose: &BoardPose, set: &CoefficientSet) -> Result<f64, BaseError> {
+    let tracker = Tracker::<f64>::new(&set.base, &set.jacks, set.ratiometric)?;
+    Ok(condition_at(tracker.solver().geometry(), &double(pose)))
 }
 
 /// A report as a line for people.
@@ -37,13 +45,15 @@ pub fn line(report: &PoseReport, set: &CoefficientSet) -> Result<String, BaseErr
     };
     let (position, angles) = coordinates(pose);
     Ok(format!(
-        "pose      x {:.4} m, y {:.4} m, z {:.4} m; roll {:.3}°, yaw {:.3}°, pitch {:.3}°; condition number {:.2}\n",
+        "pose      x {:.4} m, y {:.4} m, z {:.4} m; roll {:.3}°, yaw {:.3}°, pitch {:.3}°; cond(J) {:.2}, as in plan, with lengths over \
+         the mean radius of the upper hinges ({:.2} in metres and radians)\n",
         position.x,
         position.y,
         position.z,
         angles.roll.to_degrees(),
         angles.yaw.to_degrees(),
         angles.pitch.to_degrees(),
+        condition_in_radii(pose, set)?,
         condition(pose, set)?,
     ))
 }
@@ -63,6 +73,7 @@ pub fn to_json(report: &PoseReport, set: &CoefficientSet) -> Result<serde_json::
         "roll": angles.roll, "pitch": angles.pitch, "yaw": angles.yaw,
         "residual": pose.residual_m,
         "condition": condition(pose, set)?,
+        "condition_in_radii": condition_in_radii(pose, set)?,
         "iterations": pose.iterations,
     }))
 }

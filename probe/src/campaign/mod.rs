@@ -7,6 +7,7 @@
 //! campaign.json       how it was begun, see [`begun`]
 //! board.json          what was read from the board
 //! programs/NAME.csv   jack programs
+//! base.svg            the motion base with the numbers of its jacks (by `hexsense plan`)
 //! margins.svg         how much of stroke, speed and acceleration they use (by `hexsense plan`)
 //! captures/NAME.csv   scans of a run, see [`crate::capture`]
 //! captures/NAME.json  what is known of a run beside its scans
@@ -35,6 +36,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use crate::capture::Capture;
 use crate::files::{self, FileError};
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits;
@@ -196,17 +198,21 @@ impl Campaign {
         files::hex(&Sha256::digest(text))
     }
 
-    /// SHA-256 over the capture files of the given runs, in that order.
+    /// SHA-256 over the captures of the given runs, in that order, as they were recorded: a spreadsheet or git that wrote
+    /// the same numbers in another way does not change it.
     ///
     /// # Errors
-    /// [`FileError::Read`].
+    /// [`FileError`].
     pub fn provenance<'a>(
         &self,
         runs: impl IntoIterator<Item = &'a str>,
     ) -> Result<[u8; 32], FileError> {
         let mut digest = Sha256::new();
         for run in runs {
-            digest.update(files::read(&self.capture_path(run))?);
+            let path = self.capture_path(run);
+            let text = files::read(&path)?;
+            let recorded = Capture::as_recorded(&path.display().to_string(), &text)?;
+            digest.update(&*recorded);
         }
         Ok(digest.finalize().into())
     }
@@ -223,10 +229,10 @@ fn other(folder: &Path, what: &str) -> CampaignError {
     }
 }
 
-/// Whether the file `name` of the folder is absent or has exactly this text.
+/// Whether the file `name` of the folder is absent or has exactly these lines.
 fn same_or_absent(folder: &Path, name: &str, what: &str, text: &str) -> Result<(), CampaignError> {
     let path = folder.join(name);
-    if path.exists() && files::read(&path)? != text {
+    if path.exists() && !files::read(&path)?.lines().eq(text.lines()) {
         return Err(other(folder, what));
     }
     Ok(())

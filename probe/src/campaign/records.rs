@@ -147,6 +147,7 @@ impl Campaign {
             program: run.program(),
             capture: self.capture(&run.name)?,
             rate_hz: self.record(&run.name)?.rate_hz,
+            ratiometric: self.sensors.ratiometric(),
         })
     }
 

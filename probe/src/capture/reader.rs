@@ -1,10 +1,12 @@
 //! From the file to a capture in memory.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
 use hexsense_core::channel::{CHANNELS, INERTIAL};
+use tables::{Cells, Format, Problem, Table};
 
 use super::{Capture, header};
 use crate::files::{self, FileError};
@@ -49,6 +51,22 @@ impl Capture {
         }
     }
 
+    /// The text of a capture as it was recorded: `text` itself, unless it shows that `file` was written anew since.
+    ///
+    /// # Errors
+    /// [`FileError::Line`].
+    pub fn as_recorded<'a>(file: &str, text: &'a str) -> Result<Cow<'a, str>, FileError> {
+        let never_written = |byte| matches!(byte, b'\r' | b'\t' | b' ' | b'"' | b';');
+        let head = text.lines().next().unwrap_or_default();
+        let is_own = (head == header(false) || head == header(true))
+            && !text.bytes().any(never_written)
+            && !text.contains("\n\n");
+        if is_own {
+            return Ok(Cow::Borrowed(text));
+        }
+        Ok(Cow::Owned(Self::parse(file, text)?.to_text()))
+    }
+
     /// Reads the file of a capture that broke off: every whole row, and the torn one that was passed over.
     ///
     /// # Errors
@@ -59,35 +77,32 @@ impl Capture {
 
     /// All whole rows, and the torn one.
     fn rows(file: &str, text: &str) -> Result<(Self, Option<Torn>), FileError> {
-        let mut lines = text.split_inclusive('\n').zip(1..);
-        let head = lines.next().map_or("", |(line, _)| line.trim_end());
-        let has_values = head == header(true);
-        if !has_values && head != header(false) {
-            let problem = format!(
-                "the header must be {}, with or without values",
-                header(true)
-            );
-            return Err(line_error(file, 1, problem));
-        }
+        let at = |line| move |problem: Problem| line_error(file, line, problem.to_string());
+        let mut table = Table::of(text).map_err(|(line, problem)| at(line)(problem))?;
+        let head = table.header;
+        let columns = tables::names(table.format(), head.text).len();
+        let has_values = columns > header(false).split(',').count();
+        tables::expect(table.format(), head.text, &header(has_values)).map_err(at(head.number))?;
         let mut capture = Self {
             values: has_values.then(Vec::new),
             ..Self::default()
         };
-        for (text, line) in lines {
-            let Some(row) = text.strip_suffix('\n') else {
-                let bytes = text.len();
+        while let Some(row) = table.next() {
+            if !row.is_whole() {
+                let (line, bytes) = (row.number, row.text.len());
                 return Ok((capture, Some(Torn { line, bytes })));
-            };
+            }
             capture
-                .push_row(row)
-                .map_err(|problem| line_error(file, line, problem))?;
+                .push_row(table.format(), row.text)
+                .map_err(|problem| line_error(file, row.number, problem))?;
         }
         Ok((capture, None))
     }
 
-    fn push_row(&mut self, row: &str) -> Result<(), String> {
+    fn push_row(&mut self, format: Format, row: &str) -> Result<(), String> {
         let mut fields = Fields {
-            cells: row.split(','),
+            format,
+            cells: format.cells(row),
             column: 0,
         };
         let scan = fields.next()?;
@@ -128,7 +143,8 @@ fn line_error(file: &str, line: usize, problem: impl Into<String>) -> FileError 
 
 /// The cells of one row, taken from left to right.
 struct Fields<'a> {
-    cells: std::str::Split<'a, char>,
+    format: Format,
+    cells: Cells<'a>,
     column: usize,
 }
 
@@ -139,8 +155,9 @@ impl Fields<'_> {
             .cells
             .next()
             .ok_or_else(|| format!("column {} is missing", self.column))?;
-        cell.parse()
-            .map_err(|_| format!("column {}: {cell:?} is not a usable number", self.column))
+        self.format
+            .number(cell)
+            .map_err(|problem| format!("column {}: {problem}", self.column))
     }
 
     fn next_finite(&mut self) -> Result<f32, String> {
@@ -156,9 +173,10 @@ impl Fields<'_> {
     }
 
     fn end(&mut self) -> Result<(), String> {
-        match self.cells.next() {
-            None => Ok(()),
-            Some(_) => Err(format!("there are more than {} columns", self.column)),
+        if self.cells.all(|cell| cell.text.is_empty()) {
+            Ok(())
+        } else {
+            Err(format!("there are more than {} columns", self.column))
         }
     }
 }

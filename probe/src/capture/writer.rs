@@ -8,9 +8,11 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use hexsense_core::channel::Scan;
+use hexsense_core::sampling::Values;
 use hexsense_core::wire::telemetry::Block;
 
-use super::header;
+use super::{Capture, header};
 use crate::files::{self, FileError};
 
 /// How often the system is made to put a capture on the disk: twice in the second that may be lost at most.
@@ -63,20 +65,13 @@ impl CaptureWriter {
         if block.counts.is_none() || (self.values && block.values.is_none()) {
             return Ok(());
         }
-        let common = format!(",{},{}", block.header.supply, block.header.temperature_c);
-        let values = block.values.as_ref().filter(|_| self.values);
+        let (supply, temperature_c) = (block.header.supply, block.header.temperature_c);
+        let values = block.values.as_deref().filter(|_| self.values);
         let counts = block.counts.as_deref().unwrap_or_default();
         for (index, counts) in counts.iter().enumerate() {
-            // Writing to a string cannot fail.
-            let _ = write!(self.text, "{}", block.header.first_scan + index as u64);
-            for count in counts {
-                let _ = write!(self.text, ",{count}");
-            }
-            self.text.push_str(&common);
-            for value in values.map_or(&[][..], |values| &values[index]) {
-                let _ = write!(self.text, ",{value}");
-            }
-            self.text.push('\n');
+            let scan = block.header.first_scan + index as u64;
+            let values = values.map(|values| &values[index]);
+            write_row(&mut self.text, scan, counts, supply, temperature_c, values);
         }
         self.append(counts.len() as u64)
     }
@@ -113,6 +108,47 @@ impl CaptureWriter {
             .map_err(|reason| self.broken_off(reason))?;
         files::sync_folder_of(&self.path);
         Ok(())
+    }
+}
+
+/// Appends a row. Writing to a string cannot fail.
+fn write_row(
+    text: &mut String,
+    scan: u64,
+    counts: &Scan,
+    supply: f32,
+    temperature_c: f32,
+    values: Option<&Values>,
+) {
+    let _ = write!(text, "{scan}");
+    for count in counts {
+        let _ = write!(text, ",{count}");
+    }
+    let _ = write!(text, ",{supply},{temperature_c}");
+    for value in values.into_iter().flatten() {
+        let _ = write!(text, ",{value}");
+    }
+    text.push('\n');
+}
+
+impl Capture {
+    /// The capture as the text of a file, the very text that was written when it was recorded.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut text = header(self.values.is_some()) + "\n";
+        for (row, counts) in self.counts.iter().enumerate() {
+            let values = self.values.as_ref().map(|values| &values[row]);
+            let (supply, temperature_c) = (self.supply[row], self.temperature_c[row]);
+            write_row(
+                &mut text,
+                self.scans[row],
+                counts,
+                supply,
+                temperature_c,
+                values,
+            );
+        }
+        text
     }
 }
 
@@ -166,7 +202,7 @@ impl Syncer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Capture, Gap};
+    use super::super::Gap;
     use super::*;
     use hexsense_core::channel::INERTIAL;
     use hexsense_core::sampling::BLOCK;
@@ -300,6 +336,7 @@ mod tests {
         assert!(problem(&text.replace("\n162,", "\n161,")).contains("does not follow scan 161"));
         assert!(problem(&text.replace(",31.62,", ",NaN,")).contains("column 18: NaN"));
         assert!(problem(&text[..text.len() - 3]).contains("line 17: the file is cut off"));
-        assert!(problem("time,ax\n").starts_with("run.csv, line 1: the header must be"));
+        let header = problem("time,ax\n");
+        assert!(header.starts_with("run.csv, line 1: column 1 of the header is \"time\""));
     }
 }

@@ -10,6 +10,7 @@ use hexsense_core::wire::change;
 use crate::interrupt::Interrupt;
 use crate::key_file::{self, KeyFileError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
+use crate::sensor_file::SensorFile;
 use hexsense_client::{Client, LinkError};
 
 /// The board's port.
@@ -140,4 +141,12 @@ fn seconds(text: &str) -> Result<u64, String> {
     date.duration_since(UNIX_EPOCH)
         .map(|since| since.as_secs())
         .map_err(|_| "dates before 1970 are not possible".to_owned())
+}
+
+/// Prints the gravity that gains are computed with, and a warning when it may be of another place.
+pub fn print_gravity(sensors: &SensorFile) {
+    println!("gravity: {}", sensors.gravity);
+    if let Some(warning) = sensors.gravity.warning() {
+        eprintln!("warning: {warning}");
+    }
 }

@@ -33,7 +33,10 @@ pub fn of_sequence(error: SequenceError, campaign: &Campaign, again: &str) -> an
         error => return error.into(),
     };
     let folder = campaign.folder.display();
-    let complete = match complete_to {
+    // Runs that were complete before, as those of the calibration are for `verify`.
+    let earlier = campaign.plan.runs.iter().map(|run| &run.name);
+    let mut earlier = earlier.filter(|run| campaign.is_recorded(run));
+    let complete = match complete_to.as_ref().or(earlier.next_back()) {
         Some(last) => format!("{folder} is complete up to run {last}"),
         None => format!("{folder} holds no complete run yet"),
     };
@@ -69,5 +72,51 @@ fn quoted(argument: &str) -> String {
         format!("'{}'", argument.replace('\'', r"'\''"))
     } else {
         argument.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::campaign::CampaignError;
+    use crate::geometry_file::GeometryFile;
+    use crate::plan::campaign;
+    use crate::sensor_file::SensorFile;
+
+    #[test]
+    fn a_verification_that_breaks_off_says_that_the_calibration_is_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let geometry = GeometryFile::load("an-74tk-200").unwrap();
+        let plan = campaign::plan(&geometry).unwrap();
+        let sensors = SensorFile::parse("sensors.toml", &twin::papers::sensor_file(1)).unwrap();
+        let prepared: Result<_, CampaignError> =
+            Campaign::prepare(folder.path(), geometry, sensors, |_| Ok(plan));
+        let prepared = prepared.unwrap();
+        let said = || {
+            let error = SequenceError::BrokenOff {
+                run: "held-out".to_owned(),
+                complete_to: None,
+                reason: Box::new(RecordError::Restarted {
+                    scan: 5,
+                    expected: 9,
+                }),
+            };
+            of_sequence(error, &prepared, "hexsense verify").to_string()
+        };
+        assert!(said().contains("holds no complete run yet"), "{}", said());
+        fs::create_dir(folder.path().join("captures")).unwrap();
+        for run in prepared.plan.runs_to(crate::plan::Purpose::Calibrate) {
+            for end in ["csv", "json"] {
+                let name = format!("captures/{}.{end}", run.name);
+                fs::write(folder.path().join(name), "").unwrap();
+            }
+        }
+        assert!(
+            said().contains("is complete up to run pitch-sine"),
+            "{}",
+            said()
+        );
     }
 }

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{Controller, Date, Port, Waiting};
-use super::broken_off::{of_sequence, typed};
-use super::progress::Progress;
-use super::report;
+use super::arguments::{Controller, Date, Port, Waiting, print_gravity};
+use super::broken_off::typed;
+use super::{progress, report};
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
@@ -71,6 +70,7 @@ impl Calibrate {
     /// Files, link, motion controller and analysis.
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, begun) = self.campaign()?;
+        print_gravity(&campaign.sensors);
         campaign.check_complete()?;
         // The board must be able to use them; that is seen before anything moves.
         let (base, jacks) = base_and_jacks(&campaign);
@@ -160,11 +160,7 @@ impl Calibrate {
             self.controller.again(),
             self.waiting.again(),
         );
-        let mut progress = Progress::default();
-        job.record(&mut client, motion.as_mut(), &mut |event| {
-            progress.show(event)
-        })
-        .map_err(|error| of_sequence(error, campaign, &again))?;
+        progress::record(&job, &mut client, motion.as_mut(), &again)?;
         Ok((identity.board, has_key))
     }
 }
@@ -189,3 +185,6 @@ fn table(results: &Results) -> String {
     }
     text + "± is the expanded uncertainty, coverage factor 2\n\n"
 }
+
+#[cfg(test)]
+mod tests;

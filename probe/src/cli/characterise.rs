@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::{Controller, Port, Waiting};
-use super::broken_off::{of_sequence, typed};
-use super::progress::Progress;
+use super::broken_off::typed;
+use super::progress;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::characteristics::Characteristics;
 use crate::evaluation::characterise;
@@ -89,11 +89,7 @@ impl Characterise {
             self.controller.again(),
             self.waiting.again(),
         );
-        let mut progress = Progress::default();
-        job.record(&mut client, motion.as_mut(), &mut |event| {
-            progress.show(event)
-        })
-        .map_err(|error| of_sequence(error, campaign, &again))?;
+        progress::record(&job, &mut client, motion.as_mut(), &again)?;
         Ok(())
     }
 }

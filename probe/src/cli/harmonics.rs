@@ -225,3 +225,6 @@ fn pair(value: f64, uncertainty: f64) -> String {
     let [value, uncertainty] = rounded(value, uncertainty);
     format!("{value} ± {uncertainty}")
 }
+
+#[cfg(test)]
+mod tests;

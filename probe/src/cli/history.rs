@@ -91,3 +91,78 @@ fn to_json(history: &[Kept], active: Option<ActiveSet>, base: Option<&str>) -> V
     });
     json!({"sets": sets.collect::<Vec<_>>()})
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hexsense_core::records::SetId;
+
+    fn kept() -> [Kept; 2] {
+        let kept = |sequence, id, length, made_unix_s, uploaded_unix_s| Kept {
+            sequence,
+            id: SetId(id),
+            length,
+            made_unix_s,
+            uploaded_unix_s,
+        };
+        [
+            kept(
+                17,
+                [1, 2, 3, 4, 5, 6, 7, 0xab],
+                701,
+                1_780_000_000,
+                1_780_000_061,
+            ),
+            kept(9, [0x0a; 8], 702, 1_779_913_600, 1_779_917_200),
+        ]
+    }
+
+    /// The older one, after a rollback.
+    fn active() -> Option<ActiveSet> {
+        Some(ActiveSet {
+            id: SetId([0x0a; 8]),
+            sequence: 9,
+            length: 702,
+        })
+    }
+
+    #[test]
+    fn every_set_has_its_dates_in_their_columns_and_the_active_one_a_star() {
+        let expected = "\
+\x20 change  set               made                  uploaded
+      17  01020304050607ab  2026-05-28T20:26:40Z  2026-05-28T20:27:41Z
+*      9  0a0a0a0a0a0a0a0a  2026-05-27T20:26:40Z  2026-05-27T21:26:40Z
+";
+        assert_eq!(table(&kept(), active()), expected);
+        assert!(!table(&kept(), None).contains('*'));
+    }
+
+    #[test]
+    fn the_document_tells_the_base_of_the_active_set_alone() {
+        let expected = json!({"sets": [
+            {
+                "change": 17,
+                "id": "01020304050607ab",
+                "bytes": 701,
+                "made_unix_s": 1_780_000_000,
+                "made_utc": "2026-05-28T20:26:40Z",
+                "uploaded_unix_s": 1_780_000_061,
+                "uploaded_utc": "2026-05-28T20:27:41Z",
+                "active": false,
+                "geometry": null,
+            },
+            {
+                "change": 9,
+                "id": "0a0a0a0a0a0a0a0a",
+                "bytes": 702,
+                "made_unix_s": 1_779_913_600,
+                "made_utc": "2026-05-27T20:26:40Z",
+                "uploaded_unix_s": 1_779_917_200,
+                "uploaded_utc": "2026-05-27T21:26:40Z",
+                "active": true,
+                "geometry": "base seven",
+            },
+        ]});
+        assert_eq!(to_json(&kept(), active(), Some("base seven")), expected);
+    }
+}

@@ -129,4 +129,64 @@ mod tests {
         assert_eq!(missing(&[1, 2, 3].map(entry)), []);
         assert_eq!(missing(&[2, 3, 6].map(entry)), [1..2, 4..6]);
     }
+
+    const SETS: [SetId; 2] = [SetId([0x0a; 8]), SetId([1, 2, 3, 4, 5, 6, 7, 0xab])];
+
+    /// A new key, two uploads, a fallback that has no time, and a reset; the fourth change is missing.
+    fn entries() -> [Entry; 5] {
+        let entry = |counter, reason, unix_s, id: Option<usize>, previous: Option<usize>| Entry {
+            counter,
+            reason,
+            unix_s,
+            id: id.map(|set| SETS[set]),
+            previous: previous.map(|set| SETS[set]),
+        };
+        [
+            entry(1, Reason::Provision, 1_780_000_000, None, None),
+            entry(2, Reason::Upload, 1_780_000_061, Some(0), None),
+            entry(3, Reason::Upload, 1_780_003_600, Some(1), Some(0)),
+            entry(5, Reason::Fallback, 99, Some(0), Some(1)),
+            entry(6, Reason::FactoryReset, 1_780_086_400, None, Some(0)),
+        ]
+    }
+
+    #[test]
+    fn every_change_has_its_time_kind_and_both_sets_in_their_columns() {
+        let expected = "\
+change  time                  what           active then       active before
+     1  2026-05-28T20:26:40Z  provision      none              none
+     2  2026-05-28T20:27:41Z  upload         0a0a0a0a0a0a0a0a  none
+     3  2026-05-28T21:26:40Z  upload         01020304050607ab  0a0a0a0a0a0a0a0a
+     5  unknown               fallback       0a0a0a0a0a0a0a0a  01020304050607ab
+     6  2026-05-29T20:26:40Z  factory-reset  none              0a0a0a0a0a0a0a0a
+";
+        assert_eq!(table(&entries()), expected);
+    }
+
+    #[test]
+    fn the_document_has_every_change_and_every_gap() {
+        let entry =
+            |change, utc: Option<(u64, &str)>, what, id: Option<&str>, previous: Option<&str>| {
+                json!({
+                    "change": change,
+                    "unix_s": utc.map(|utc| utc.0),
+                    "utc": utc.map(|utc| utc.1),
+                    "what": what,
+                    "id": id,
+                    "previous_id": previous,
+                })
+            };
+        let [first, second] = ["0a0a0a0a0a0a0a0a", "01020304050607ab"].map(Some);
+        let expected = json!({
+            "entries": [
+                entry(1, Some((1_780_000_000, "2026-05-28T20:26:40Z")), "provision", None, None),
+                entry(2, Some((1_780_000_061, "2026-05-28T20:27:41Z")), "upload", first, None),
+                entry(3, Some((1_780_003_600, "2026-05-28T21:26:40Z")), "upload", second, first),
+                entry(5, None, "fallback", first, second),
+                entry(6, Some((1_780_086_400, "2026-05-29T20:26:40Z")), "factory-reset", None, first),
+            ],
+            "missing": [[4, 4]],
+        });
+        assert_eq!(to_json(&entries(), &missing(&entries())), expected);
+    }
 }

@@ -9,12 +9,15 @@ mod broken_off;
 mod calibrate;
 mod capture;
 mod characterise;
+#[cfg(test)]
+mod documents;
 mod factory_reset;
 mod harmonics;
 mod history;
 mod info;
 mod kinematics;
 mod log;
+mod new;
 mod plan;
 mod progress;
 mod provision;
@@ -51,6 +54,7 @@ enum Command {
     Status(status::Status),
     Capture(capture::Capture),
     Harmonics(harmonics::Harmonics),
+    New(new::New),
     Plan(plan::Plan),
     Calibrate(calibrate::Calibrate),
     Provision(provision::Provision),
@@ -76,6 +80,7 @@ pub fn run() -> ExitCode {
         Command::Status(command) => command.run(),
         Command::Capture(command) => command.run(),
         Command::Harmonics(command) => command.run(),
+        Command::New(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Calibrate(command) => command.run(),
         Command::Provision(command) => command.run(),

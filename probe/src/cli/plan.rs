@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hexsense_core::excitation::{DegreeOfFreedom, Multisine, Signal};
 
-use super::arguments::Base;
+use super::arguments::{Base, print_gravity};
+use crate::base_figure;
 use crate::campaign::{Campaign, CampaignError};
 use crate::files;
 use crate::geometry_file::GeometryFile;
@@ -33,7 +34,8 @@ pub struct Plan {
     /// of every gain is predicted
     #[arg(long, value_name = "FILE")]
     sensors: Option<PathBuf>,
-    /// Write plan.toml, the jack programs (CSV) and a figure of their margins (SVG) into this folder
+    /// Write plan.toml, the jack programs (CSV) and figures of their margins and of the base with the numbers
+    /// of its jacks (SVG) into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -59,9 +61,14 @@ impl Plan {
         let checked = limits::check(&plan, &geometry)
             .map_err(|reason| CampaignError::Limits { file, reason })?;
         let sensors = self.sensors.as_deref().map(SensorFile::load).transpose()?;
-        let forecast = sensors.map(|sensors| forecast(&plan, &geometry, &sensors));
-        let forecast = forecast.transpose()?;
+        let forecast = match &sensors {
+            Some(sensors) => Some(forecast(&plan, &geometry, sensors)?),
+            None => None,
+        };
         print!("{}", table(&plan, &checked, &geometry));
+        if let Some(sensors) = &sensors {
+            print_gravity(sensors);
+        }
         if let Some(forecast) = &forecast {
             print!("\n{}", predicted(forecast));
         }
@@ -69,8 +76,9 @@ impl Plan {
             refuse_other_plan(folder, &plan)?;
             Campaign::write_plan(folder, &plan, &geometry)?;
             files::replace(&folder.join("margins.svg"), &margins(&plan, &geometry))?;
+            files::replace(&folder.join("base.svg"), &base_figure::page(&geometry))?;
             println!(
-                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg",
+                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg, {0}/base.svg",
                 folder.display()
             );
         }
@@ -245,3 +253,6 @@ fn worst_held(plan: &Movements, checked: &[Checked]) -> String {
         )
     })
 }
+
+#[cfg(test)]
+mod tests;

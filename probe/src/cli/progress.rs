@@ -1,8 +1,27 @@
 //! What a recording does, on the terminal: lines of text, and a bar for the run under way.
 
+use hexsense_client::Client;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::broken_off::of_sequence;
+use crate::motion::Motion;
 use crate::record::event::Event;
+use crate::record::sequence::SequenceJob;
+
+/// Records the runs of `job` and shows how it goes; `again` is the command that goes on after a failure.
+///
+/// # Errors
+/// A run that broke off, with what is complete.
+pub fn record(
+    job: &SequenceJob,
+    client: &mut Client,
+    motion: &mut dyn Motion,
+    again: &str,
+) -> anyhow::Result<()> {
+    let mut progress = Progress::default();
+    let recorded = job.record(client, motion, &mut |event| progress.show(event));
+    recorded.map_err(|error| of_sequence(error, job.campaign, again))
+}
 
 /// Shows the events of recordings.
 #[derive(Default)]

@@ -16,7 +16,7 @@ use hexsense_client::{Client, LinkError};
 /// Clock of the board's core, Hz, which counts the cycles of the sample path.
 const CORE_HZ: f64 = 150e6;
 
-/// Print the state of the board: sampling and losses, the time that the sample path takes, analysers, link, clock, supply,
+/// Print the state of the board: sampling and restarts, the time that the sample path takes, analysers, link, clock, supply,
 /// temperature, key, active set, why it started, stack, last panic.
 ///
 /// Each kind of event that went wrong since the start is printed as an `event`, with its count and the time of the last
@@ -102,7 +102,7 @@ impl Reading {
                     status.block.scans()
                 ),
             ),
-            ("lost", self.lost()),
+            ("restarts", self.restarts()),
         ];
         lines.extend(
             board_events::texts(&status.events)
@@ -141,15 +141,13 @@ impl Reading {
         lines.into_iter().map(row).collect()
     }
 
-    fn lost(&self) -> String {
-        let status = &self.status;
-        let first = status
-            .first_lost_scan
-            .map_or(String::new(), |scan| format!(", the first was scan {scan}"));
-        format!(
-            "{} scans{first}; converters restarted {} times after a fault",
-            status.scans_lost,
-            status.events.converter_faults()
+    /// Starts of the converters anew. The scans that pass meanwhile are in no recording, because one begins after them;
+    /// what a recording lost is said by the recording.
+    fn restarts(&self) -> String {
+        restarts(
+            self.status.scans_lost,
+            self.status.first_lost_scan,
+            self.status.events.converter_faults(),
         )
     }
 
@@ -312,6 +310,22 @@ impl Reading {
     }
 }
 
+/// What passed while the converters were started anew.
+fn restarts(scans: u64, first: Option<u64>, faults: u32) -> String {
+    let first = first.map_or(String::new(), |scan| format!(", the first was scan {scan}"));
+    let why = match faults {
+        0 => "rate or block changed; none after a fault".to_owned(),
+        1 => "once after a fault".to_owned(),
+        faults => format!("{faults} times after a fault"),
+    };
+    match (scans, faults) {
+        (0, 0) => "none since the start".to_owned(),
+        _ => format!(
+            "of the converters ({why}): {scans} scans passed meanwhile{first}; what a recording lost stands in its note"
+        ),
+    }
+}
+
 /// Readings of the supply that the board averages.
 const AVERAGED: u8 = 16;
 /// Names of the analysers' lines.
@@ -358,3 +372,6 @@ fn state_name(state: AnalyserState) -> &'static str {
         AnalyserState::Complete => "complete",
     }
 }
+
+#[cfg(test)]
+mod tests;

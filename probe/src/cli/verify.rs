@@ -7,9 +7,8 @@ use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
 use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
-use super::broken_off::{of_sequence, same_again};
-use super::progress::Progress;
-use super::report;
+use super::broken_off::same_again;
+use super::{progress, report};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
 use crate::campaign::{Campaign, Verification};
@@ -113,11 +112,7 @@ impl Verify {
             wait: self.waiting.time(),
             interrupt: &interrupt,
         };
-        let mut progress = Progress::default();
-        job.record(&mut client, motion.as_mut(), &mut |event| {
-            progress.show(event)
-        })
-        .map_err(|error| of_sequence(error, campaign, &same_again()))?;
+        progress::record(&job, &mut client, motion.as_mut(), &same_again())?;
         Ok((client, id))
     }
 }
@@ -243,6 +238,9 @@ fn table(verdicts: &[ChannelVerdict]) -> String {
 }
 
 #[cfg(test)]
+mod printed;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
@@ -264,6 +262,7 @@ mod tests {
             unix_s: 0,
             temperature_c: 30.0,
             provenance: [2; 32],
+            ratiometric: Default::default(),
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {

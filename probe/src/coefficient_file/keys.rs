@@ -2,6 +2,7 @@
 
 use std::time::UNIX_EPOCH;
 
+use hexsense_core::channel::{NAMES, Ratiometric};
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,9 @@ pub struct Keys {
     date_utc: String,
     temperature_c: f64,
     captures_sha256: String,
+    /// Names of the channels on which the supply factor does not act.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    ratiometric: Vec<String>,
     linear_acceleration: Table,
     angular_acceleration: Table,
     angular_rate: Table,
@@ -77,6 +81,7 @@ impl Keys {
             date_utc: date::utc(set.unix_s),
             temperature_c: wide(set.temperature_c),
             captures_sha256: files::hex(&set.provenance),
+            ratiometric: ratiometric_names(set.ratiometric),
             linear_acceleration,
             angular_acceleration,
             angular_rate,
@@ -123,8 +128,32 @@ impl Keys {
             .map(Table::to_triad),
             base: self.base.to_base(),
             jacks: self.jacks.to_jacks(),
+            ratiometric: self.ratiometric(file)?,
         })
     }
+}
+
+impl Keys {
+    fn ratiometric(&self, file: &str) -> Result<Ratiometric, FileError> {
+        self.ratiometric
+            .iter()
+            .try_fold(Ratiometric::NONE, |channels, name| {
+                let channel = NAMES.iter().position(|known| known == name);
+                let channel = channel.ok_or_else(|| {
+                    let limit = format!("channels are {}", NAMES.join(", "));
+                    FileError::value(file, "ratiometric", name, limit)
+                })?;
+                Ok(channels.with(channel))
+            })
+    }
+}
+
+fn ratiometric_names(channels: Ratiometric) -> Vec<String> {
+    let named = NAMES.iter().enumerate();
+    named
+        .filter(|(channel, _)| channels.has(*channel))
+        .map(|(_, name)| (*name).to_owned())
+        .collect()
 }
 
 fn digits<const N: usize>(file: &str, key: &str, text: &str) -> Result<[u8; N], FileError> {

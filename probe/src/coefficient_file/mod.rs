@@ -23,6 +23,17 @@ pub enum CoefficientFileError {
     /// The file cannot be read or written, or one of its values cannot be.
     #[error(transparent)]
     File(#[from] FileError),
+    /// A file of another version, or of another kind.
+    #[error(
+        "{file}: format is {format:?}; it must be {FORMAT:?}; {}",
+        way_forward(format)
+    )]
+    Format {
+        /// The file.
+        file: String,
+        /// What it says that it is.
+        format: String,
+    },
     /// The file is not whole.
     #[error(
         "{file} is not a whole coefficient file; it was cut off or is something else. {problem}"
@@ -98,19 +109,11 @@ pub fn load(path: &Path) -> Result<CoefficientSet, CoefficientFileError> {
 /// # Errors
 /// Every variant of [`CoefficientFileError`].
 pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileError> {
+    check_format(file, text)?;
     let keys: Keys = files::from_toml(file, text).map_err(|error| match error {
         FileError::Syntax { file, problem } => CoefficientFileError::Incomplete { file, problem },
         other => other.into(),
     })?;
-    if keys.format != FORMAT {
-        return Err(FileError::value(
-            file,
-            "format",
-            format!("{:?}", keys.format),
-            format!("it must be {FORMAT:?}"),
-        )
-        .into());
-    }
     let set = keys.to_set(file)?;
     let found = identity(file, &set)?;
     if found != keys.id {
@@ -121,6 +124,35 @@ pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileEr
         });
     }
     Ok(set)
+}
+
+/// Refuses another kind of file, or another version, by its first key: its other keys are not known then.
+fn check_format(file: &str, text: &str) -> Result<(), CoefficientFileError> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        format: String,
+    }
+    match toml::from_str(text) {
+        Ok(Head { format }) if format != FORMAT => Err(CoefficientFileError::Format {
+            file: file.to_owned(),
+            format,
+        }),
+        // What is no TOML, or has no format, is told with the line that is wrong.
+        _ => Ok(()),
+    }
+}
+
+/// What to do with a file of another format.
+fn way_forward(format: &str) -> &'static str {
+    match format.strip_prefix("hexsense coefficients, version ") {
+        Some("1") => {
+            "a file of version 1 lacks the base and the jacks, which the board needs for its pose. If its campaign's folder \
+             still has the captures, move the file away and run `hexsense calibrate` with the same --geometry, --sensors \
+             and --out: it computes the coefficients anew from recorded runs. Otherwise calibrate again"
+        }
+        Some(_) => "install the hexsense that wrote it, or calibrate again",
+        None => "give the coefficients.toml of a campaign",
+    }
 }
 
 /// Identity of a set that is fit to be stored.
@@ -134,5 +166,7 @@ fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileE
     Ok(CoefficientSet::id_of(encoded).to_string())
 }
 
+#[cfg(test)]
+mod printed;
 #[cfg(test)]
 mod tests;

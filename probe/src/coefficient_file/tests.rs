@@ -1,5 +1,6 @@
 use super::*;
 use crate::geometry_file::GeometryFile;
+use hexsense_core::channel::Ratiometric;
 use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
 
 /// A set in which no two numbers are alike.
@@ -24,6 +25,7 @@ fn set() -> CoefficientSet {
         unix_s: 1_780_000_000,
         temperature_c: 31.7,
         provenance: std::array::from_fn(|index| index as u8),
+        ratiometric: Ratiometric::NONE.with(2).with(10),
         triads: [triad(1.0), triad(2.0), triad(3.0)],
         base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
         jacks: JackCoefficients {
@@ -36,6 +38,8 @@ fn set() -> CoefficientSet {
 
 #[test]
 fn a_file_gives_the_very_same_bytes() {
+    let text = to_text("c.toml", &set()).unwrap();
+    assert!(text.contains("ratiometric = [\"az\", \"jack2\"]"), "{text}");
     let (mut before, mut after) = ([0; MAX_ENCODED], [0; MAX_ENCODED]);
     let read = parse("c.toml", &to_text("c.toml", &set()).unwrap()).unwrap();
     assert_eq!(
@@ -51,6 +55,13 @@ fn a_file_cut_anywhere_is_refused() {
         let error = parse("c.toml", &text[..length]).expect_err("a cut file");
         assert!(error.to_string().starts_with("c.toml"), "{error}");
     }
+}
+
+#[test]
+fn a_ratiometric_channel_that_does_not_exist_is_refused_by_its_name() {
+    let text = to_text("c.toml", &set()).unwrap().replace("jack2", "jack7");
+    let error = parse("c.toml", &text).unwrap_err().to_string();
+    assert!(error.contains("ratiometric is jack7"), "{error}");
 }
 
 #[test]
@@ -158,4 +169,21 @@ fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
         "{}",
         named(33)
     );
+}
+
+#[test]
+fn a_file_of_version_1_is_refused_with_the_way_to_version_2() {
+    let text = to_text("c.toml", &set()).unwrap();
+    // Version 1 had neither base nor jacks.
+    let (old, _) = text.split_once("[base]").unwrap();
+    let old = old.replace("version 2", "version 1");
+    let said = parse("c.toml", &old).unwrap_err().to_string();
+    for words in [
+        "format is \"hexsense coefficients, version 1\"",
+        "lacks the base and the jacks",
+        "hexsense calibrate",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(!said.contains("cut off"), "{said}");
 }

@@ -87,6 +87,17 @@ impl Drawing {
         )
     }
 
+    /// The figure as a file of its own, with its style (CSS): any browser shows it.
+    #[must_use]
+    pub fn finish_alone(self, style: &str) -> String {
+        let alone = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" ";
+        let styled = format!("<style>{style}</style></svg>");
+        let figure = self.finish();
+        figure
+            .replacen("<svg ", alone, 1)
+            .replacen("</svg>", &styled, 1)
+    }
+
     /// Frame, grid and ticks of a panel; labels of ticks only where asked for.
     pub fn panel(&mut self, panel: &Panel, label_x: bool, label_y: bool) {
         let (left, right, top, bottom) = (panel.left, panel.right(), panel.top, panel.bottom());

@@ -33,6 +33,9 @@ pub const MAX_CONDITION: f64 = 25.0;
 const STEP_S: f64 = 0.01;
 const STEP_M: f64 = 0.005;
 
+/// A condition number that is far better, of the one that it would replace.
+const FAR_BETTER: f64 = 0.6;
+
 /// A 6×6 decomposition takes about ten; the limit only makes sure that it ends.
 const SVD_ITERATIONS: usize = 1000;
 
@@ -86,6 +89,50 @@ pub fn conditioning(run: &Run, geometry: &Geometry<f64>) -> Conditioning {
         (before, furthest_m) = (Some(pose), 0.0);
     }
     worst
+}
+
+/// The condition number at a pose; infinite where the jacks do not hold the platform.
+#[must_use]
+pub fn condition_at(geometry: &Geometry<f64>, pose: &Pose<f64>) -> f64 {
+    let (largest, least) = Scale::of(geometry).singular_values(geometry, pose);
+    largest / least
+}
+
+/// A list of upper hinges that begins at another hinge, by which the jacks would hold the platform far better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BetterOrder {
+    /// Which hinge of the file would be the first, 2 to 6.
+    pub first: usize,
+    /// Condition number at home with it.
+    pub condition: f64,
+    /// Condition number at home as the file is.
+    pub now: f64,
+}
+
+/// Whether the upper hinges of a base seem to be listed from another jack on than the lower ones.
+#[must_use]
+pub fn better_order(geometry: &Geometry<f64>) -> Option<BetterOrder> {
+    let now = condition_at(geometry, &geometry.home());
+    let shifted = (1..6).filter_map(|places| {
+        let mut upper = *geometry.upper();
+        upper.rotate_left(places);
+        let shifted = Geometry::new(
+            *geometry.lower(),
+            upper,
+            geometry.length_min_m(),
+            geometry.length_max_m(),
+            Some(geometry.home_height_m()),
+        );
+        let shifted = shifted.ok()?;
+        Some(BetterOrder {
+            first: places + 1,
+            condition: condition_at(&shifted, &shifted.home()),
+            now,
+        })
+    });
+    shifted
+        .filter(|order| order.condition < FAR_BETTER * now)
+        .min_by(|a, b| a.condition.total_cmp(&b.condition))
 }
 
 /// Sizes of the upper hinges, m.

@@ -9,6 +9,9 @@ use crate::files::{self, FileError};
 /// Longest run, s.
 pub(super) const MAX_S: f64 = 1800.0;
 
+/// Shortest estimate of a sine, periods: one, as people round it.
+const SHORTEST_PERIODS: f64 = 0.99;
+
 /// What a run is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -177,6 +180,20 @@ impl SineEntry {
         files::within(file, &key("fade_s"), self.fade_s, 0.1..=MAX_S)?;
         files::within(file, &key("settle_s"), self.settle_s, 0.0..=MAX_S)?;
         files::within(file, &key("estimate_s"), self.estimate_s, 0.1..=MAX_S).map(drop)
+    }
+
+    /// Refuses a sine that cannot be told from an offset and a drift while it is estimated.
+    pub(super) fn check_period(&self, file: &str, run: &str) -> Result<(), FileError> {
+        let period_s = 1.0 / self.frequency_hz;
+        if self.estimate_s >= SHORTEST_PERIODS * period_s {
+            return Ok(());
+        }
+        let key = format!("run {run}: sine.estimate_s");
+        let limit = format!(
+            "at {} Hz it must be at least one period, {period_s:.4} s; three periods, and two to settle, are usual",
+            self.frequency_hz
+        );
+        Err(FileError::value(file, key, self.estimate_s, limit))
     }
 }
 

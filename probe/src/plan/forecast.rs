@@ -16,7 +16,7 @@ use hexsense_core::channel::{INERTIAL, JACKS, NAMES, Triad};
 use hexsense_core::excitation::{DegreeOfFreedom, Program, Signal, Sine};
 use hexsense_core::harmonics::Harmonics;
 
-use super::ideal::{Ideal, RATE_HZ};
+use super::ideal::{Clipped, Ideal, RATE_HZ};
 use super::needs::{self, sine_of};
 use super::{Plan, Purpose, Run};
 use crate::analysis::AnalysisError;
@@ -56,10 +56,46 @@ pub struct Gain {
     pub tilt_change: f64,
 }
 
-/// The analysis will fail on a movement like this one.
+/// The analysis will fail on a movement like this one. Nothing was measured: causes lie in the files.
 #[derive(Debug, thiserror::Error)]
-#[error("the planned movement could not be analysed: {0}")]
-pub struct ForecastError(#[from] AnalysisError);
+pub enum ForecastError {
+    /// A signal that leaves the range of the converter.
+    #[error(transparent)]
+    Clipped(#[from] Clipped),
+    /// A sine that cannot be fitted.
+    #[error(
+        "run {run}: by the files, {channel} shows no sine of {frequency_hz} Hz that could be fitted; make the sine of \
+         this run larger or its estimate_s longer"
+    )]
+    NoSine {
+        /// The run.
+        run: String,
+        /// The channel.
+        channel: &'static str,
+        /// Drive frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// Anything else.
+    #[error("the planned movement could not be analysed: {0}")]
+    Analysis(AnalysisError),
+}
+
+impl From<AnalysisError> for ForecastError {
+    fn from(error: AnalysisError) -> Self {
+        match error {
+            AnalysisError::NoSine {
+                run,
+                channel,
+                frequency_hz,
+            } => Self::NoSine {
+                run,
+                channel,
+                frequency_hz,
+            },
+            error => Self::Analysis(error),
+        }
+    }
+}
 
 /// Predicts what `plan` determines on this base with these sensors.
 ///
@@ -96,14 +132,14 @@ pub fn forecast(
 }
 
 /// Reduces an ideal recording of all runs, in order; on holds the base tilts `tilt_error_rad` further than its jacks.
-fn condense(runs: &[&Run], ideal: Ideal, tilt_error_rad: f64) -> Result<Condensed, AnalysisError> {
+fn condense(runs: &[&Run], ideal: Ideal, tilt_error_rad: f64) -> Result<Condensed, ForecastError> {
     let geometry = &ideal.base.geometry;
     let (mut zero, mut hold_runs, mut heave, mut turns) = (None, Vec::new(), None, Vec::new());
     let mut first = 0;
     for run in runs {
         let program = run.program();
         let felt = tilted_further(&program, tilt_error_rad);
-        let recorded = ideal.record(&run.name, program, &felt, run.rest_s, first);
+        let recorded = ideal.record(&run.name, program, &felt, run.rest_s, first)?;
         first += recorded.capture.scans.len() as u64;
         match recorded.program.signals.as_slice() {
             [] if zero.is_none() => {
@@ -242,5 +278,7 @@ fn advice(gain: &Gain, heaves: bool) -> Option<String> {
     })
 }
 
+#[cfg(test)]
+mod advice;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@
 //! neighbouring poses, and all of it becomes counts. There is no noise: noise enters a forecast as a density.
 
 use hexsense_core::calibration::truth::Site;
-use hexsense_core::channel::{CHANNELS, INERTIAL, Scan, Triad};
+use hexsense_core::channel::{CHANNELS, INERTIAL, NAMES, Scan, Triad};
 use hexsense_core::excitation::Program;
 use hexsense_core::kinematics::{Pose, displacements};
 use nalgebra::Vector3;
@@ -28,10 +28,42 @@ pub struct Ideal<'a> {
     pub sensors: &'a SensorFile,
 }
 
+/// A signal that leaves the range of the converter, by the files.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "run {run}: by the sensor file {} has {volts:.2} V at {time_s:.2} s, outside the 0 to {supply_v} V of the \
+     converter; check {} and zero_volts of that table, or make the movement smaller",
+    NAMES[*channel], key_of(*channel)
+)]
+pub struct Clipped {
+    /// The run.
+    pub run: String,
+    /// The channel, from 0.
+    pub channel: usize,
+    /// Time from the start of the program, s.
+    pub time_s: f64,
+    /// What its pin would have, V.
+    pub volts: f64,
+    /// The end of the range, V.
+    pub supply_v: f64,
+}
+
+/// The key of the sensor file by which a channel becomes volts.
+fn key_of(channel: usize) -> &'static str {
+    match channel / 3 {
+        0 => "linear_acceleration.volts_per_unit",
+        1 => "angular_acceleration.volts_per_unit",
+        2 => "angular_rate.volts_per_unit",
+        _ => "jacks.full_stroke_volts",
+    }
+}
+
 impl Ideal<'_> {
     /// Records `program`, or a rest of `rest_s`, from scan `first` of the board on. The jacks follow the program; the
     /// sensors feel `felt`, which is the program itself unless jacks and base disagree.
-    #[must_use]
+    ///
+    /// # Errors
+    /// [`Clipped`], for the first signal that the converter cannot measure.
     pub fn record(
         &self,
         name: &str,
@@ -39,7 +71,7 @@ impl Ideal<'_> {
         felt: &Program,
         rest_s: Option<f64>,
         first: u64,
-    ) -> RecordedRun {
+    ) -> Result<RecordedRun, Clipped> {
         let period_s = 1.0 / f64::from(RATE_HZ);
         let lead_s = if rest_s.is_some() { 0.0 } else { REST_S };
         let length_s = rest_s.unwrap_or_else(|| program.duration_s() + 2.0 * REST_S);
@@ -49,29 +81,50 @@ impl Ideal<'_> {
         let poses: Vec<Pose<f64>> = (0..scans + 2).map(at).collect();
         let rows = poses.windows(3).zip(0..).map(|(around, scan)| {
             let time_s = f64::from(scan) * period_s - lead_s;
-            self.scan(&program.pose(geometry, time_s), around, period_s)
+            let counts = self.scan(&program.pose(geometry, time_s), around, period_s);
+            self.in_range(name, time_s, counts)
         });
-        RecordedRun {
+        let counts = rows.collect::<Result<_, _>>()?;
+        Ok(RecordedRun {
             name: name.to_owned(),
             capture: Capture {
                 scans: (first..).take(scans).collect(),
-                counts: rows.collect(),
+                counts,
                 supply: vec![1.0; scans],
                 temperature_c: vec![25.0; scans],
                 values: None,
             },
             program,
             rate_hz: RATE_HZ,
+            ratiometric: self.sensors.ratiometric(),
+        })
+    }
+
+    /// The counts of a scan, as the converter gives them.
+    fn in_range(&self, run: &str, time_s: f64, counts: [f64; CHANNELS]) -> Result<Scan, Clipped> {
+        let most = f64::from(self.sensors.board.counts_at_supply);
+        match counts
+            .iter()
+            .position(|count| !(0.0..=most).contains(count))
+        {
+            None => Ok(counts.map(|count| count.round() as _)),
+            Some(channel) => Err(Clipped {
+                run: run.to_owned(),
+                channel,
+                time_s,
+                volts: counts[channel] / self.sensors.counts_per_volt(),
+                supply_v: self.sensors.supply_v,
+            }),
         }
     }
 
     /// Counts of all channels: jacks at `pose`, sensors at the middle one of the three poses `around`.
-    fn scan(&self, pose: &Pose<f64>, around: &[Pose<f64>], period_s: f64) -> Scan {
+    fn scan(&self, pose: &Pose<f64>, around: &[Pose<f64>], period_s: f64) -> [f64; CHANNELS] {
         let felt = felt(around, period_s, &self.sensors.site());
         let geometry = &self.base.geometry;
         let transducers = self.sensors.transducers(geometry);
         let jacks = displacements(geometry, pose);
-        let counts: [f64; CHANNELS] = core::array::from_fn(|channel| {
+        core::array::from_fn(|channel| {
             if channel < INERTIAL {
                 let (triad, axis) = (Triad::ALL[channel / 3], channel % 3);
                 let sheet = self.sensors.triad(triad);
@@ -81,8 +134,7 @@ impl Ideal<'_> {
                 let jack = channel - INERTIAL;
                 transducers.counts(jack, jacks[jack])
             }
-        });
-        counts.map(|count| count.round() as _)
+        })
     }
 }
 

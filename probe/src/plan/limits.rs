@@ -11,7 +11,7 @@
 //!   them too small by (ωh)²·(1/6 + 1/8) = 0.3 % at most; for a smooth step of 50 samples by 0.5 %;
 //! - hinge angle: as [`super::hinges`] says; condition number: as [`super::conditioning`] says.
 
-use super::conditioning::{Conditioning, MAX_CONDITION, conditioning};
+use super::conditioning::{BetterOrder, Conditioning, MAX_CONDITION, better_order, conditioning};
 use super::hinges::{HingeUse, Joint, closest};
 use super::uses::{Quantity, Use, Uses, uses};
 use super::{Plan, Run};
@@ -68,7 +68,8 @@ pub enum BeyondLimit {
     /// The jacks would hardly hold the platform.
     #[error(
         "run {run} comes close to a pose in which the jacks do not hold the platform: at {time_s:.3} s the condition \
-         number of the Jacobian may reach {bound:.1}, limit {MAX_CONDITION}; make the movement smaller"
+         number of the Jacobian may reach {bound:.1}, limit {MAX_CONDITION}; {}",
+        advice(*better_order)
     )]
     Condition {
         /// Name of the run.
@@ -77,7 +78,42 @@ pub enum BeyondLimit {
         time_s: f64,
         /// What the condition number stays below, without unit.
         bound: f64,
+        /// How the upper hinges should perhaps be listed.
+        better_order: Option<BetterOrder>,
     },
+}
+
+impl BeyondLimit {
+    /// With the order of the upper hinges that would hold the platform better, where that is what is refused.
+    fn with_order(self, better: Option<BetterOrder>) -> Self {
+        match self {
+            Self::Condition {
+                run, time_s, bound, ..
+            } => Self::Condition {
+                run,
+                time_s,
+                bound,
+                better_order: better,
+            },
+            other => other,
+        }
+    }
+}
+
+fn advice(order: Option<BetterOrder>) -> String {
+    let Some(order) = order else {
+        return "make the movement smaller".to_owned();
+    };
+    let BetterOrder {
+        first,
+        condition,
+        now,
+    } = order;
+    format!(
+        "in the geometry file, lower and upper do not seem to begin with the same jack: if upper began with its hinge \
+         {first}, the condition number at home would be {condition:.1} instead of {now:.1}. List both in the order of the \
+         jacks, or else make the movement smaller"
+    )
 }
 
 /// A run that the base can make.
@@ -134,7 +170,8 @@ fn check_run(run: &Run, geometry: &GeometryFile, step_s: f64) -> Result<Checked,
         hinge_within(&run.name, hinge)?;
     }
     let conditioning = conditioning(run, &geometry.geometry);
-    condition_within(&run.name, &conditioning)?;
+    condition_within(&run.name, &conditioning)
+        .map_err(|refusal| refusal.with_order(better_order(&geometry.geometry)))?;
     Ok(Checked {
         uses,
         hinge,
@@ -188,6 +225,7 @@ fn condition_within(run: &str, conditioning: &Conditioning) -> Result<(), Beyond
         run: run.to_owned(),
         time_s: conditioning.time_s,
         bound: conditioning.bound,
+        better_order: None,
     })
 }
 

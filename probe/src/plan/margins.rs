@@ -3,7 +3,7 @@
 //!
 //! One row of panels for each run that moves, one panel for each quantity; hinges have a row of their own. All uses
 //! are fractions of what there is, signed as in [`Room::fraction`], so that ±1 is the limit in every panel. The file
-//! stands on its own: any browser shows it.
+//! stands on its own.
 
 use super::hinges::{Joint, Swings, swings};
 use super::uses::{JACKS, JackRow, Quantity, Room, rows};
@@ -66,12 +66,7 @@ pub fn margins(plan: &Plan, geometry: &GeometryFile) -> String {
             &joints,
         );
     }
-    let figure = drawing.finish();
-    let alone = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" ";
-    let styled = format!("<style>{STYLE}</style></svg>");
-    figure
-        .replacen("<svg ", alone, 1)
-        .replacen("</svg>", &styled, 1)
+    drawing.finish_alone(STYLE)
 }
 
 fn draw_run(drawing: &mut Drawing, top: f64, run: &Run, period_s: f64, geometry: &GeometryFile) {

@@ -46,6 +46,7 @@ pub mod uses;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::files::{self, FileError};
 use crate::geometry_file::GeometryFile;
@@ -110,10 +111,15 @@ impl Plan {
         toml::to_string(self).expect("a plan is made of tables, lists, strings and numbers")
     }
 
-    /// Whether the plan was made for exactly this geometry file.
+    /// Whether the plan was made for exactly this geometry file, whatever git has made of its line ends since.
     #[must_use]
     pub fn is_for(&self, geometry: &GeometryFile) -> bool {
-        self.geometry_sha256 == files::hex(&geometry.hash)
+        let unix = geometry.text.replace("\r\n", "\n");
+        let dos = unix.replace('\n', "\r\n");
+        let is_its = |text: &str| self.geometry_sha256 == files::hex(&Sha256::digest(text));
+        [&geometry.text, &unix, &dos]
+            .into_iter()
+            .any(|text| is_its(text))
     }
 
     /// The run of this name.

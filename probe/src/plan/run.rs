@@ -111,6 +111,11 @@ impl Run {
         self.sine
             .iter()
             .try_for_each(|entry| entry.check(file, &self.name))?;
+        if self.purpose == Purpose::Calibrate {
+            self.sine
+                .iter()
+                .try_for_each(|entry| entry.check_period(file, &self.name))?;
+        }
         if let Some(entry) = &self.multisine {
             entry.check(file, &self.name)?;
         }

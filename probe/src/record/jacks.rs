@@ -46,9 +46,14 @@ impl JackMeans {
     pub fn push(&mut self, block: &Block) -> Option<Displacements> {
         let counts = block.counts.as_ref()?;
         let supply = f64::from(block.header.supply);
+        let factors = self
+            .transducers
+            .supplied
+            .map(|supplied| if supplied { supply } else { 1.0 });
         for scan in counts {
-            for (sum, count) in self.step.iter_mut().zip(&scan[INERTIAL..]) {
-                *sum += f64::from(*count) * supply;
+            let jacks = self.step.iter_mut().zip(factors);
+            for ((sum, factor), count) in jacks.zip(&scan[INERTIAL..]) {
+                *sum += f64::from(*count) * factor;
             }
         }
         self.scans += counts.len();

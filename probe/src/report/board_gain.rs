@@ -16,7 +16,7 @@
 use core::f64::consts::TAU;
 
 use hexsense_core::calibration::truth::{coordinates, sine_truth};
-use hexsense_core::channel::{INERTIAL, JACKS};
+use hexsense_core::channel::{INERTIAL, JACKS, Ratiometric};
 use hexsense_core::harmonics::{Harmonics, Series, solve_channel};
 
 use crate::analysis::AnalysisError;
@@ -54,12 +54,19 @@ pub fn gains(
     run: &str,
     sums: &BoardSums,
     rate_hz: u32,
-    supply: f64,
+    (supply, ratiometric): (f64, Ratiometric),
     assumptions: &Assumptions,
 ) -> Result<Option<[BoardGain; INERTIAL]>, AnalysisError> {
     let harmonics = |channel: usize| {
         let late_scans = assumptions.board.instant_s(channel) * f64::from(rate_hz);
         solve_channel(&sums.drive, late_scans, &sums.channels[channel])
+    };
+    let factor = |channel: usize| {
+        if ratiometric.has(channel) {
+            1.0
+        } else {
+            supply
+        }
     };
     let all: Option<Vec<Harmonics>> = (0..INERTIAL + JACKS).map(harmonics).collect();
     let Some(all) = all else {
@@ -70,7 +77,8 @@ pub fn gains(
     let mut path = Vec::with_capacity(POINTS);
     for point in 0..POINTS {
         let theta = TAU * point as f64 / POINTS as f64;
-        let counts = core::array::from_fn(|jack| supply * value(&jacks[jack], theta, 0.0));
+        let counts =
+            core::array::from_fn(|jack| factor(INERTIAL + jack) * value(&jacks[jack], theta, 0.0));
         path.push(coordinates(&poses.next(&counts)?));
     }
     let Some(fits) = Series::fit_all(TAU / POINTS as f64, path.into_iter()) else {
@@ -85,6 +93,6 @@ pub fn gains(
     ];
     Ok(Some(core::array::from_fn(|channel| BoardGain {
         truth: felt[channel / 3][channel % 3].norm(),
-        counts: supply * sensors[channel].first().amplitude(),
+        counts: factor(channel) * sensors[channel].first().amplitude(),
     })))
 }

@@ -74,7 +74,14 @@ fn compare<'a>(
     assumptions: &Assumptions,
 ) -> Result<Vec<Comparison<'a>>, AnalysisError> {
     let supply = mean_supply(run, sums);
-    let Some(gains) = gains(&run.name, sums, run.rate_hz, supply, assumptions)? else {
+    let Some(gains) = gains(
+        &run.name,
+        sums,
+        run.rate_hz,
+        (supply, run.ratiometric),
+        assumptions,
+    )?
+    else {
         return Ok(Vec::new());
     };
     let channels = driven(sweep)
@@ -83,6 +90,11 @@ fn compare<'a>(
     let compared = channels.filter_map(|channel| {
         let board = solve(&sums.drive, &sums.channels[channel])?;
         let host = &sweep.sensors[channel];
+        let supply = if run.ratiometric.has(channel) {
+            1.0
+        } else {
+            supply
+        };
         Some(Comparison {
             run: &sweep.name,
             channel,

@@ -3,8 +3,9 @@
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
 use super::page::{Page, code, row};
-use super::{ReportInput, base, held_out};
+use super::{ReportInput, held_out};
 use crate::analysis::AnalysisError;
+use crate::base_figure;
 use crate::date::utc;
 use crate::figure::markup::text;
 use crate::figure::number::{fixed, rounded, significant};
@@ -111,7 +112,7 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
     page.markup("</dl>\n");
     page.figure(
         "The motion base at home with the numbers of its jacks: lower hinges square, upper hinges round.",
-        &base::figure(geometry),
+        &base_figure::figure(geometry),
     );
     runs(page, input);
     Ok(())
@@ -120,12 +121,8 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
 fn gravity(sensors: &SensorFile) -> String {
     let gravity = &sensors.gravity;
     let [value, uncertainty] = rounded(gravity.m_s2, gravity.uncertainty_m_s2);
-    let source = match gravity.place {
-        Some((latitude_deg, height_m)) => {
-            format!("normal gravity of WGS 84 at latitude {latitude_deg}° and height {height_m} m")
-        }
-        None => "by the sensor file".to_owned(),
-    };
+    let source = gravity.source();
+    let source = text(&source);
     format!("{value} ± {uncertainty} m/s² (1σ), {source}")
 }
 

@@ -18,7 +18,6 @@
 //!
 //! Below them: [`page`] makes the file, [`crate::figure`] the figures and the digits.
 
-pub mod base;
 pub mod board_gain;
 pub mod board_sums;
 pub mod budgets;

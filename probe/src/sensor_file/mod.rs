@@ -9,10 +9,11 @@
 
 mod check;
 
+use std::fmt;
 use std::path::Path;
 
 use hexsense_core::calibration::truth::Site;
-use hexsense_core::channel::{JACKS, Triad};
+use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS, Ratiometric, Triad};
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::kinematics::Geometry;
 use hexsense_core::transducers::Transducers;
@@ -70,8 +71,47 @@ pub struct Gravity {
     pub m_s2: f64,
     /// Its standard uncertainty, m/s²: the file's `gravity_uncertainty_m_s2`, else the usual size of local anomalies.
     pub uncertainty_m_s2: f64,
-    /// Latitude (degrees) and height (m) that it was computed from.
+    /// Whether the file gives the value; otherwise it is that of the place.
+    pub is_given: bool,
+    /// Latitude (degrees) and height (m) of the place.
     pub place: Option<(f64, f64)>,
+}
+
+impl Gravity {
+    /// Where the value comes from, in words.
+    #[must_use]
+    pub fn source(&self) -> String {
+        let place = self.place.map(|(latitude_deg, height_m)| {
+            format!("normal gravity of WGS 84 at latitude {latitude_deg}° and height {height_m} m")
+        });
+        match (self.is_given, place) {
+            (true, Some(place)) => {
+                format!("gravity_m_s2 of the sensor file, which agrees with {place}")
+            }
+            (false, Some(place)) => place,
+            (_, None) => "gravity_m_s2 of the sensor file".to_owned(),
+        }
+    }
+
+    /// A latitude that looks like radians.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let (latitude_deg, _) = self.place?;
+        (latitude_deg != 0.0 && latitude_deg.abs() < core::f64::consts::PI).then(|| {
+            format!(
+                "latitude_deg is {latitude_deg}: is it in radians? Degrees are needed; {latitude_deg} rad would be \
+                 {:.4}°. It is taken as {latitude_deg}°, near the equator",
+                latitude_deg.to_degrees()
+            )
+        })
+    }
+}
+
+impl fmt::Display for Gravity {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (value, uncertainty) = (self.m_s2, self.uncertainty_m_s2);
+        write!(f, "{value:.5} ± {uncertainty} m/s² (1σ), {}", self.source())
+    }
 }
 
 /// Data sheet of three sensors of one kind. "Unit" is the triad's: m/s², rad/s² or rad/s.
@@ -98,6 +138,9 @@ pub struct TriadSheet {
     pub damping: [f64; 2],
     /// Misalignment of each sensor to its axis, standard deviation, degrees.
     pub misalignment_deg: f64,
+    /// Whether the output follows the supply of the converters, so that the supply factor does not act on it.
+    #[serde(default)]
+    pub ratiometric: bool,
 }
 
 /// Data sheet of the jack displacement transducers.
@@ -114,6 +157,9 @@ pub struct JackSheet {
     pub offset_tolerance_m: f64,
     /// Noise at 1 kHz, m rms.
     pub noise_rms_m: f64,
+    /// As [`TriadSheet::ratiometric`].
+    #[serde(default)]
+    pub ratiometric: bool,
 }
 
 /// Data sheet of the analog-to-digital converter and of the board's clock.
@@ -186,7 +232,20 @@ impl SensorFile {
             zero_length_m: (geometry.length_min_m() + geometry.length_max_m()) / 2.0,
             zero_counts: [self.jacks.zero_volts * counts_per_volt; JACKS],
             metres_per_count: [stroke_m / self.jacks.full_stroke_volts / counts_per_volt; JACKS],
+            supplied: [!self.jacks.ratiometric; JACKS],
         }
+    }
+
+    /// The channels on which the supply factor does not act.
+    #[must_use]
+    pub fn ratiometric(&self) -> Ratiometric {
+        let is_ratiometric = |channel: usize| match channel.checked_sub(INERTIAL) {
+            None => self.triad(Triad::ALL[channel / 3]).ratiometric,
+            Some(_) => self.jacks.ratiometric,
+        };
+        (0..CHANNELS)
+            .filter(|channel| is_ratiometric(*channel))
+            .fold(Ratiometric::NONE, Ratiometric::with)
     }
 
     /// Where the sensor block stands, and gravity there.
@@ -268,24 +327,115 @@ mod tests {
     }
 
     #[test]
+    fn sensors_and_jacks_are_ratiometric_where_their_table_says_so() {
+        let papers = twin::papers::sensor_file(1);
+        let channels = |text: &str| {
+            SensorFile::parse("sensors.toml", text)
+                .unwrap()
+                .ratiometric()
+        };
+        assert_eq!(channels(&papers).bits(), 0);
+        let gyros = papers.replace("[angular_rate]", "[angular_rate]\nratiometric = true");
+        assert_eq!(channels(&gyros).bits(), 0b111 << 6);
+        let jacks = papers.replace("[jacks]", "[jacks]\nratiometric = true");
+        assert_eq!(channels(&jacks).bits(), 0b11_1111 << 9);
+    }
+
+    /// 3.3 V of supply and a zero at its middle leave 1.65 V to either side.
+    #[test]
+    fn a_full_scale_may_reach_the_rail_and_not_go_beyond() {
+        let with_full_scale = |full_scale: f64| {
+            let papers = twin::papers::sensor_file(1);
+            let mut file = SensorFile::parse("sensors.toml", &papers).unwrap();
+            let sheet = &mut file.angular_rate;
+            (sheet.volts_per_unit, sheet.zero_volts) = (-0.825, 1.65);
+            sheet.full_scale = full_scale;
+            sheet.bias_tolerance = 0.0;
+            file.check("sensors.toml")
+        };
+        with_full_scale(2.0).unwrap();
+        let error = with_full_scale(2.001).unwrap_err().to_string();
+        for words in [
+            "angular_rate.full_scale",
+            "2.001",
+            "3.3 V",
+            "volts_per_unit",
+        ] {
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
     fn gravity_is_given_by_value_or_by_place_and_never_guessed() {
         let value = with_gravity("gravity_m_s2 = 9.8155\ngravity_uncertainty_m_s2 = 1e-5").unwrap();
         assert_eq!((value.m_s2, value.uncertainty_m_s2), (9.8155, 1e-5));
         let place = with_gravity("latitude_deg = 90.0\nheight_m = 0.0").unwrap();
         assert!((place.m_s2 - 9.832_184_937_8).abs() < 1e-9);
         assert_eq!(place.uncertainty_m_s2, ANOMALY_M_S2);
-        for keys in [
-            "",
-            "latitude_deg = 55.0",
-            "gravity_m_s2 = 9.81\nlatitude_deg = 55.0\nheight_m = 0.0",
-        ] {
+        for keys in ["", "latitude_deg = 55.0", "height_m = 3.0"] {
             let message = with_gravity(keys).unwrap_err().to_string();
-            assert!(message.contains("latitude_deg and height_m"), "{message}");
+            assert!(message.contains("not given"), "{message}");
+            assert!(
+                message.contains("latitude_deg") && message.contains("height_m"),
+                "{message}"
+            );
         }
         let message = with_gravity("latitude_deg = 91.0\nheight_m = 0.0").unwrap_err();
         assert!(
             message.to_string().contains("latitude_deg is 91"),
             "{message}"
         );
+    }
+
+    /// 9.8155 at 55° by hand: 9.780325·(1 + 0.00193185·0.67101)/√(1 − 0.00669438·0.67101) = 9.81507.
+    #[test]
+    fn a_value_and_a_place_that_contradict_each_other_are_refused_with_both_numbers() {
+        let place = "latitude_deg = 55.0\nheight_m = 0.0";
+        let both = with_gravity(&format!("gravity_m_s2 = 9.8155\n{place}")).unwrap();
+        assert_eq!(both.m_s2, 9.8155);
+        let said = both.to_string();
+        assert!(said.starts_with("9.81550 ± 0.0005 m/s² (1σ)"), "{said}");
+        assert!(
+            said.contains("gravity_m_s2") && said.contains("latitude 55°"),
+            "{said}"
+        );
+        for value in ["9.8", "9.8137", "9.8166"] {
+            let keys = format!("gravity_m_s2 = {value}\n{place}");
+            let said = with_gravity(&keys).unwrap_err().to_string();
+            assert!(said.contains(&format!("gravity_m_s2 is {value}")), "{said}");
+            assert!(
+                said.contains("9.81507") && said.contains("leave one out"),
+                "{said}"
+            );
+        }
+    }
+
+    #[test]
+    fn gravity_that_is_nowhere_on_the_earth_is_refused_and_a_latitude_in_radians_is_asked_about() {
+        for value in ["9.7639", "9.8341", "9.7", "9.9"] {
+            let said = with_gravity(&format!("gravity_m_s2 = {value}")).unwrap_err();
+            assert!(
+                said.to_string().contains("it must be 9.764 to 9.834"),
+                "{said}"
+            );
+        }
+        let said = with_gravity("latitude_deg = 0.0\nheight_m = 9000.0").unwrap_err();
+        assert!(
+            said.to_string()
+                .contains("latitude_deg 0 and height_m 9000"),
+            "{said}"
+        );
+        let warning = |latitude: &str| {
+            let keys = format!("latitude_deg = {latitude}\nheight_m = 20.0");
+            with_gravity(&keys).unwrap().warning()
+        };
+        let asked = warning("0.973").unwrap();
+        assert!(
+            asked.contains("in radians?") && asked.contains("55.7488°"),
+            "{asked}"
+        );
+        // Singapore and Kuala Lumpur are right, and are asked too; Jakarta is not.
+        assert!(warning("1.35").is_some() && warning("3.139").is_some());
+        assert_eq!((warning("-6.2"), warning("55.75")), (None, None));
     }
 }

@@ -175,7 +175,8 @@ impl Parts {
 
     fn track(&mut self) {
         let active = self.storage.active().map(|active| &active.content);
-        self.tracker = active.map(|set| Tracker::new(&set.base, &set.jacks).unwrap());
+        self.tracker =
+            active.map(|set| Tracker::new(&set.base, &set.jacks, set.ratiometric).unwrap());
     }
 
     fn solve(&mut self, command: HarmonicsCommand) -> Result<Response, Refusal> {
@@ -197,6 +198,7 @@ impl Parts {
                 let input = MotionInput {
                     base: &content.base,
                     jacks: &content.jacks,
+                    ratiometric: content.ratiometric,
                     supply: self.source.supply(),
                 };
                 solving.motion(&FACTS, input, analyser, &first, &mut sums)

@@ -22,6 +22,7 @@ pub fn set(unix_s: u64) -> CoefficientSet {
         unix_s,
         temperature_c: 31.5,
         provenance: [2; 32],
+        ratiometric: Default::default(),
         triads: [triad; 3],
         base: MotionBase::new(&geometry),
         jacks: JackCoefficients {

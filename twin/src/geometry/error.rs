@@ -79,6 +79,17 @@ pub enum GeometryError {
         /// Its distance from mid-length, m.
         off: f64,
     },
+    /// No `home_height`, and the platform can be above or below its lower hinges.
+    #[error(
+        "home_height is missing, and all jacks are at mid-length at {above:.6} m (platform above its lower hinges) and \
+         at {below:.6} m (platform below them); give home_height"
+    )]
+    EitherSide {
+        /// Height of O with the platform above, m.
+        above: f64,
+        /// Height of O with the platform below, m.
+        below: f64,
+    },
     /// Home is out of reach.
     #[error(
         "home_height: at {height} m jack {jack} is {length:.4} m long, outside {min} to {max} m"

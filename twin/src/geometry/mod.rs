@@ -1,33 +1,33 @@
 //! The geometry file: the hinges of a motion base and the limits of its jacks.
 //!
-//! TOML. Lengths are in metres, from hinge centre to hinge centre; lower hinges in the earth frame, upper hinges in
-//! the body frame, one triple per jack in the order of the jacks:
+//! TOML. Lengths are from hinge centre to hinge centre; lower hinges in the earth frame, upper hinges in the body
+//! frame, one triple per jack in the order of the jacks:
 //!
 //! | key | meaning |
 //! |---|---|
 //! | `name`, `note` | what the base is, and what is assumed about it |
-//! | `axes` | `"y-up"`: X forward, Y up, Z right. `"z-up"`: X forward, Y left, Z up; read as (x, z, −y) |
+//! | `axes` | `"y-up"`: X forward, Y up, Z right. `"z-up"`: X forward, Y left, Z up; read as (x, z, −y). `"z-down"`: X forward, Y right, Z down; read as (x, −z, y) |
+//! | `units` | `"m"`, also if left out, or `"mm"`: of all lengths, speeds and accelerations |
 //! | `lower`, `upper` | `[[x, y, z]; 6]` |
 //! | `length_min`, `length_max` | shortest and longest jack |
-//! | `home_height` | height of O at home; if left out, where every jack is at mid-length |
-//! | `hinge_tolerance` | 1σ of each coordinate of a hinge against this file; 0.0005 if left out |
-//! | `speed_max`, `acceleration_max` | limits of a jack, m/s and m/s²; none if left out |
+//! | `home_height` | height of O at home, upwards; if left out, where every jack is at mid-length, which must be on one side only |
+//! | `hinge_tolerance` | 1σ of each coordinate of a hinge against this file; 0.5 mm if left out |
+//! | `speed_max`, `acceleration_max` | limits of a jack, per s and s²; none if left out |
 //! | `lower_hinge_angle_max_deg`, `upper_hinge_angle_max_deg` | read by planners; the hinges of the twin turn freely |
 
 mod error;
+mod file;
 
 pub use error::GeometryError;
 use error::MID_LENGTH_TOLERANCE_M;
+use file::{File, MAX_COORDINATE_M, hinges, in_range, stroke};
 
 use crate::algebra::{Rotation, Vec3};
 use crate::mechanism::{Mechanism, Pose};
 use crate::random::Stream;
-use serde::Deserialize;
 
 /// 1σ of a hinge coordinate where the file does not say, m.
 const DEFAULT_HINGE_TOLERANCE_M: f64 = 0.0005;
-/// No motion base is larger than this, m; a file beyond it is in other units.
-const MAX_COORDINATE_M: f64 = 100.0;
 
 /// A motion base as its geometry file describes it.
 #[derive(Debug, Clone)]
@@ -46,35 +46,6 @@ pub struct Geometry {
     pub speed_max_m_s: Option<f64>,
     /// Highest acceleration of a jack, m/s².
     pub acceleration_max_m_s2: Option<f64>,
-}
-
-#[derive(Deserialize)]
-enum Axes {
-    #[serde(rename = "y-up")]
-    YUp,
-    #[serde(rename = "z-up")]
-    ZUp,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    #[serde(default, rename = "note")]
-    _note: String,
-    axes: Axes,
-    lower: Vec<Vec<f64>>,
-    upper: Vec<Vec<f64>>,
-    length_min: f64,
-    length_max: f64,
-    home_height: Option<f64>,
-    hinge_tolerance: Option<f64>,
-    speed_max: Option<f64>,
-    acceleration_max: Option<f64>,
-    #[serde(rename = "lower_hinge_angle_max_deg")]
-    _lower_hinge_angle_max_deg: Option<f64>,
-    #[serde(rename = "upper_hinge_angle_max_deg")]
-    _upper_hinge_angle_max_deg: Option<f64>,
 }
 
 impl Geometry {
@@ -106,7 +77,7 @@ impl Geometry {
     /// # Errors
     /// [`GeometryError`] for anything that is not a motion base that can stand at home.
     pub fn parse(text: &str) -> Result<Self, GeometryError> {
-        let file: File = toml::from_str(text)?;
+        let file = toml::from_str::<File>(text)?.in_metres();
         let nominal = Mechanism {
             lower: hinges("lower", &file.lower, &file.axes)?,
             upper: hinges("upper", &file.upper, &file.axes)?,
@@ -114,12 +85,9 @@ impl Geometry {
         let length_m = stroke(&file)?;
         let height = match file.home_height {
             Some(height) => in_range("home_height", height, -MAX_COORDINATE_M, MAX_COORDINATE_M)?,
-            None => mid_height(&nominal, 0.5 * (length_m[0] + length_m[1]))?,
+            None => home_height(&nominal, length_m)?,
         };
-        let home = Pose {
-            position_m: Vec3([0.0, height, 0.0]),
-            attitude: Rotation::LEVEL,
-        };
+        let home = level_at(height);
         check_home(&nominal, &home, length_m)?;
         let limit = |key: &str, value: Option<f64>| {
             value
@@ -179,74 +147,38 @@ impl Geometry {
     }
 }
 
-fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<f64, GeometryError> {
-    if (low..=high).contains(&value) {
-        Ok(value)
-    } else {
-        Err(GeometryError::Range {
-            key: key.to_owned(),
-            value,
-            low,
-            high,
-        })
+/// The pose straight above or below the origin.
+fn level_at(height: f64) -> Pose {
+    Pose {
+        position_m: Vec3([0.0, height, 0.0]),
+        attitude: Rotation::LEVEL,
     }
 }
 
-fn hinges(key: &'static str, table: &[Vec<f64>], axes: &Axes) -> Result<[Vec3; 6], GeometryError> {
-    if table.len() != 6 {
-        return Err(GeometryError::HingeCount {
-            key,
-            count: table.len(),
-        });
-    }
-    let mut hinges = [Vec3::ZERO; 6];
-    for (index, coordinates) in table.iter().enumerate() {
-        let &[x, y, z] = coordinates.as_slice() else {
-            return Err(GeometryError::CoordinateCount {
-                key,
-                hinge: index + 1,
-                count: coordinates.len(),
-            });
-        };
-        for (value, letter) in [(x, 'x'), (y, 'y'), (z, 'z')] {
-            in_range(
-                &format!("{key}[{}].{letter}", index + 1),
-                value,
-                -MAX_COORDINATE_M,
-                MAX_COORDINATE_M,
-            )?;
-        }
-        hinges[index] = Vec3(match axes {
-            Axes::YUp => [x, y, z],
-            Axes::ZUp => [x, z, -y],
-        });
-    }
-    Ok(hinges)
-}
-
-fn stroke(file: &File) -> Result<[f64; 2], GeometryError> {
-    let min = in_range("length_min", file.length_min, 0.01, MAX_COORDINATE_M)?;
-    let max = in_range("length_max", file.length_max, 0.01, MAX_COORDINATE_M)?;
-    if min < max {
-        Ok([min, max])
-    } else {
-        Err(GeometryError::EmptyStroke { min, max })
+/// The height of home where the file does not give one.
+fn home_height(nominal: &Mechanism, length_m: [f64; 2]) -> Result<f64, GeometryError> {
+    let mid = 0.5 * (length_m[0] + length_m[1]);
+    let on_side = |side| {
+        let height = mid_height(nominal, mid, side)?;
+        check_home(nominal, &level_at(height), length_m).map(|()| height)
+    };
+    match (on_side(1.0), on_side(-1.0)) {
+        (Ok(above), Ok(below)) => Err(GeometryError::EitherSide { above, below }),
+        (Ok(height), Err(_)) | (Err(_), Ok(height)) => Ok(height),
+        (Err(error), Err(_)) => Err(error),
     }
 }
 
-/// The height at which all jacks have the length `mid`.
-fn mid_height(nominal: &Mechanism, mid: f64) -> Result<f64, GeometryError> {
+/// The height at which all jacks have the length `mid`, with the platform on one side of the lower hinges: 1 above,
+/// −1 below.
+fn mid_height(nominal: &Mechanism, mid: f64, side: f64) -> Result<f64, GeometryError> {
     let mut sum = 0.0;
     for (lower, upper) in nominal.lower.iter().zip(&nominal.upper) {
         let [x, rise, z] = (*upper - *lower).0;
-        sum += (mid * mid - x * x - z * z).max(0.0).sqrt() - rise;
+        sum += side * (mid * mid - x * x - z * z).max(0.0).sqrt() - rise;
     }
     let height = sum / 6.0;
-    let home = Pose {
-        position_m: Vec3([0.0, height, 0.0]),
-        attitude: Rotation::LEVEL,
-    };
-    for (jack, length) in nominal.lengths(&home).into_iter().enumerate() {
+    for (jack, length) in nominal.lengths(&level_at(height)).into_iter().enumerate() {
         let off = length - mid;
         if off.abs() > MID_LENGTH_TOLERANCE_M {
             return Err(GeometryError::NoMidHeight {

@@ -102,7 +102,7 @@ fn a_program_of_the_core_writes_the_flash() {
         .spin();
     let chip = Chip::ran(main, &[]);
     assert_eq!(chip.result(0), 0x1234_5678);
-    let file = std::fs::read(&chip.path).unwrap();
+    let file = std::fs::read(chip.folder.path().join("flash.bin")).unwrap();
     assert_eq!(
         file[0x40008..0x40010],
         [0x78, 0x56, 0x34, 0x12, 0xF0, 0xDE, 0xBC, 0x9A]

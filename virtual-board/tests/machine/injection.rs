@@ -131,7 +131,7 @@ fn a_power_cut_at_a_flash_operation_ends_everything_with_the_word_torn_for_good(
     assert_eq!(memory.double_word(0x40000), 0x5555_5555_5555_5555);
     assert!(memory.flaws().any_in(0x40008..0x40010));
     assert_eq!(memory.double_word(0x40010), u64::MAX);
-    let kept = std::fs::read_to_string(chip.path.with_extension("bin.ecc")).unwrap();
+    let kept = std::fs::read_to_string(chip.folder.path().join("flash.bin.ecc")).unwrap();
     assert_eq!(kept, "0x040008 torn\n");
 }
 

@@ -10,9 +10,8 @@ mod power;
 mod serial;
 mod sleep;
 
-use std::path::PathBuf;
-
 use code::Code;
+use tempfile::TempDir;
 use virtual_board::bus::Bus;
 use virtual_board::firmware::log::FirmwareLog;
 use virtual_board::machine::{Machine, Stop};
@@ -31,20 +30,15 @@ const HANDLER_SPACE: u32 = 0x100;
 /// A chip with a program.
 struct Chip {
     machine: Machine,
-    path: PathBuf,
+    /// Where its flash is, `flash.bin`.
+    folder: TempDir,
 }
 
 impl Chip {
     /// The main program, and handlers by exception number.
     fn new(main: Code, handlers: &[(u32, Code)]) -> Self {
-        let name = format!(
-            "virtual-board-{}-{:?}.bin",
-            std::process::id(),
-            std::thread::current().id()
-        );
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_file(&path);
-        let mut flash = FlashMemory::open(&path).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let mut flash = FlashMemory::open(&folder.path().join("flash.bin")).unwrap();
         let mut put = |address: u32, bytes: &[u8]| {
             flash
                 .write((address - 0x0800_0000) as usize, bytes)
@@ -61,7 +55,7 @@ impl Chip {
         let bus = Bus::new(BoardParameters::neutral(1), Pins::Neutral, flash);
         Self {
             machine: Machine::new(bus, FirmwareLog::none()).unwrap(),
-            path,
+            folder,
         }
     }
 
@@ -88,12 +82,5 @@ impl Chip {
             .ram
             .word((address - 0x2000_0000) as usize)
             .unwrap()
-    }
-}
-
-impl Drop for Chip {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.path);
-        let _ = std::fs::remove_file(self.path.with_extension("bin.ecc"));
     }
 }

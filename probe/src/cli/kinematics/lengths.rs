@@ -7,7 +7,7 @@ use hexsense_core::kinematics::inverse;
 
 use super::rows::{self, cores, output};
 use super::table::{self, Row};
-use super::writing::{LENGTHS, POSE, Writing, pose};
+use super::writing::{LENGTHS, POSE, Writing, header, pose};
 use crate::cli::arguments::Base;
 use crate::geometry_file::GeometryFile;
 
@@ -16,7 +16,8 @@ use crate::geometry_file::GeometryFile;
 pub struct Lengths {
     #[command(flatten)]
     base: Base,
-    /// Table of poses x,y,z,roll,pitch,yaw (m, rad); - reads standard input
+    /// Table of poses x,y,z,roll,pitch,yaw (m and rad, or with units in the header: x_mm, roll_deg); - reads standard
+    /// input
     #[arg(long, value_name = "FILE")]
     poses: PathBuf,
     #[command(flatten)]
@@ -34,13 +35,9 @@ impl Lengths {
         let convention = self.writing.convention;
         let answer = |_: &mut (), row: &Row, line: &mut String| {
             let pose = pose(convention, &columns.numbers(row)?);
-            let lengths = inverse(&geometry, &pose);
-            if !lengths.iter().all(|length| length.is_finite()) {
-                return Err(columns.error(row, "so far away that lengths overflow; give metres"));
-            }
-            table::write(line, &lengths);
+            table::write(line, &inverse(&geometry, &pose));
             Ok(())
         };
-        rows::by_blocks(&LENGTHS.join(","), lines, cores(), output(), || (), answer)
+        rows::by_blocks(&header(&LENGTHS), lines, cores(), output(), || (), answer)
     }
 }

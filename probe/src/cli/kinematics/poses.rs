@@ -11,31 +11,31 @@ use hexsense_core::kinematics::{
 
 use super::rows::{self, cores, output};
 use super::table::{self, Columns, Lines, Row};
-use super::writing::{LENGTHS, POSE, Writing, pose};
+use super::writing::{LENGTHS, POSE, Writing, header, numbers, pose};
 use crate::cli::arguments::Base;
 use crate::files::FileError;
 use crate::geometry_file::GeometryFile;
 
 /// Columns beside the pose that a solution prints.
-const SOLUTION: [&str; 3] = ["residual", "condition", "iterations"];
+const SOLUTION: &str = "residual_m,condition,iterations";
 
 /// Print the poses that have given jack lengths.
 ///
-/// Printed are x,y,z,roll,pitch,yaw (m, rad), residual (the greatest difference between a length asked for and that of
-/// the pose, m), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores, each from
+/// Printed are x,y,z,roll,pitch,yaw (m, rad), residual (m, the greatest difference between a length asked for and that of
+/// the pose), condition (the condition number of the Jacobian) and iterations. Rows are solved on all cores, each from
 /// the pose before it or, where that is far away, from home; in blocks of 1024 rows, the first of each from home.
 #[derive(Args)]
 pub struct Poses {
     #[command(flatten)]
     base: Base,
-    /// Table of jack lengths l1 to l6 (hinge to hinge, m); - reads standard input
+    /// Table of jack lengths l1 to l6 (hinge to hinge; m, or with units in the header: l1_mm); - reads standard input
     #[arg(long, value_name = "FILE", alias = "legs")]
     lengths: PathBuf,
     #[command(flatten)]
     writing: Writing,
     /// Start the first row at this pose, on whatever assembly branch it is, and every other row at the pose before; a
     /// row that is a jump away from the one before is solved from home
-    #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", value_parser = table::six, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", value_parser = numbers, allow_hyphen_values = true)]
     seed: Option<[f64; 6]>,
 }
 
@@ -81,7 +81,7 @@ struct Printed<'a> {
 
 impl Printed<'_> {
     fn header() -> String {
-        [POSE.as_slice(), &SOLUTION].concat().join(",")
+        format!("{},{SOLUTION}", header(&POSE))
     }
 
     /// Solves all rows, each from the pose before it in its block, on so many `threads`.
@@ -143,7 +143,7 @@ mod tests {
     /// Jack lengths of a movement of `rows` rows with a gap, as a table.
     fn movement(solver: &Solver<f64>, rows: usize) -> String {
         let geometry = solver.geometry();
-        let mut text = LENGTHS.join(",") + "\n";
+        let mut text = header(&LENGTHS) + "\n";
         for row in 0..rows {
             let time_s = row as f64 * 1e-3 + if row > 1500 { 0.4 } else { 0.0 };
             let swing = |phase: f64| 0.1 * (6.0 * time_s + phase).sin();

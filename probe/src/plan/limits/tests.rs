@@ -132,3 +132,26 @@ fn a_step_is_a_whole_fraction_of_the_period_and_short_enough_for_the_fastest_sin
     assert!(step <= 1.0 / (20.0 * SAMPLES_PER_PERIOD));
     assert!((0.002 / step - (0.002 / step).round()).abs() < 1e-9);
 }
+
+#[test]
+fn upper_hinges_that_begin_with_another_jack_are_named_and_right_ones_are_not() {
+    for name in crate::geometry_file::preset_names() {
+        let geometry = GeometryFile::load(name).unwrap().geometry;
+        assert_eq!(better_order(&geometry), None, "{name}");
+    }
+    let (_, text) = geometries::PRESETS[2];
+    let (before, upper) = text.split_once("upper = [").unwrap();
+    let first = "  [1.5, 0.0, 0.0],\n";
+    // The first hinge goes behind the last.
+    let upper = upper.replacen(first, "", 1);
+    let upper = upper.replace(",\n]", &format!(",\n{first}]"));
+    let text = format!("{before}upper = [{upper}");
+    let geometry = GeometryFile::parse("an.toml", &text).unwrap();
+    let plan = campaign::plan(&geometry).unwrap();
+    let said = check(&plan, &geometry).unwrap_err().to_string();
+    assert!(
+        said.contains("lower and upper do not seem to begin"),
+        "{said}"
+    );
+    assert!(said.contains("if upper began with its hinge 6"), "{said}");
+}

@@ -2,8 +2,7 @@
 
 mod torn;
 
-use std::path::PathBuf;
-
+use tempfile::TempDir;
 use virtual_board::injection::Progress;
 use virtual_board::memory::ecc::Flaw;
 use virtual_board::memory::flash::{FlashFileError, FlashMemory};
@@ -40,25 +39,22 @@ const PAGE_ERASE: u64 = 3_303_000; // 22.02 ms
 struct Bench {
     flash: Flash,
     memory: FlashMemory,
-    path: PathBuf,
+    /// Where its file is, `flash.bin`.
+    folder: TempDir,
 }
 
 impl Bench {
-    fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("virtual-board-{}-{name}.bin", std::process::id()));
-        let _ = std::fs::remove_file(&path);
-        let _ = std::fs::remove_file(path.with_extension("bin.ecc"));
-        let memory = FlashMemory::open(&path).unwrap();
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
         Self {
             flash: Flash::new(crate::noise(), 150e6),
-            memory,
-            path,
+            memory: FlashMemory::open(&folder.path().join("flash.bin")).unwrap(),
+            folder,
         }
     }
 
-    fn unlocked(name: &str) -> Self {
-        let mut bench = Self::new(name);
+    fn unlocked() -> Self {
+        let mut bench = Self::new();
         bench.flash.write(KEYR, 0x4567_0123, 0).unwrap();
         bench.flash.write(KEYR, 0xCDEF_89AB, 0).unwrap();
         bench
@@ -93,26 +89,19 @@ impl Bench {
 
     /// Another power-on: the files stay, the chip begins anew.
     fn power_on(&mut self) {
-        self.memory = FlashMemory::open(&self.path).unwrap();
+        self.memory = FlashMemory::open(&self.folder.path().join("flash.bin")).unwrap();
         self.flash = Flash::new(crate::noise(), 150e6);
     }
 
     /// What the file holds.
     fn file(&self) -> Vec<u8> {
-        std::fs::read(&self.path).unwrap()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.path);
-        let _ = std::fs::remove_file(self.path.with_extension("bin.ecc"));
+        std::fs::read(self.folder.path().join("flash.bin")).unwrap()
     }
 }
 
 #[test]
 fn starts_locked_in_dual_bank_mode() {
-    let mut bench = Bench::new("locked");
+    let mut bench = Bench::new();
     assert_eq!(bench.flash.read(CR).unwrap() & LOCK, LOCK);
     assert!(bench.flash.write(CR, PG, 0).is_err());
     assert_eq!(bench.flash.read(CR).unwrap() & PG, 0);
@@ -121,7 +110,7 @@ fn starts_locked_in_dual_bank_mode() {
 
 #[test]
 fn a_wrong_key_is_a_bus_error_and_locks_until_reset() {
-    let mut bench = Bench::new("keys");
+    let mut bench = Bench::new();
     bench.flash.write(KEYR, 0x4567_0123, 0).unwrap();
     assert!(!bench.flash.take_bus_error());
     bench.flash.write(KEYR, 0x1234_5678, 0).unwrap();
@@ -137,7 +126,7 @@ fn a_wrong_key_is_a_bus_error_and_locks_until_reset() {
 
 #[test]
 fn two_words_program_a_double_word_in_85_us_and_reach_the_file() {
-    let mut bench = Bench::unlocked("program");
+    let mut bench = Bench::unlocked();
     bench.flash.write(CR, PG | EOPIE, 0).unwrap();
     bench.store(0x40000, 0x1111_2222, 100);
     assert_eq!(
@@ -164,7 +153,7 @@ fn two_words_program_a_double_word_in_85_us_and_reach_the_file() {
 
 #[test]
 fn end_and_error_are_flagged_only_if_enabled() {
-    let mut bench = Bench::unlocked("enables");
+    let mut bench = Bench::unlocked();
     bench.flash.write(CR, PG, 0).unwrap();
     bench.store(0, 0, 0);
     bench.store(4, 0, 0);
@@ -182,7 +171,7 @@ fn end_and_error_are_flagged_only_if_enabled() {
 
 #[test]
 fn a_double_word_is_written_once_but_may_be_zeroed() {
-    let mut bench = Bench::unlocked("once");
+    let mut bench = Bench::unlocked();
     let program = |bench: &mut Bench, value: u32, now: u64| {
         bench.flash.write(CR, PG, now).unwrap();
         bench.store(0x800, value, now);
@@ -206,7 +195,7 @@ fn a_double_word_is_written_once_but_may_be_zeroed() {
 
 #[test]
 fn stores_must_be_words_and_announced() {
-    let mut bench = Bench::unlocked("size");
+    let mut bench = Bench::unlocked();
     bench.store(0, 1, 0);
     assert_eq!(bench.status() & PGSERR, PGSERR, "PG is not set");
     bench.flash.write(SR, PGSERR, 0).unwrap();
@@ -217,7 +206,7 @@ fn stores_must_be_words_and_announced() {
 
 #[test]
 fn a_page_of_bank_2_is_erased_in_22_ms_and_no_other() {
-    let mut bench = Bench::unlocked("erase");
+    let mut bench = Bench::unlocked();
     for page in [BANK_SIZE + 2 * 2048, BANK_SIZE + 3 * 2048, 3 * 2048] {
         bench.memory.write(page, &[0; 2048]).unwrap();
     }
@@ -249,7 +238,7 @@ fn a_page_of_bank_2_is_erased_in_22_ms_and_no_other() {
 
 #[test]
 fn mass_erase_takes_a_bank() {
-    let mut bench = Bench::unlocked("mass");
+    let mut bench = Bench::unlocked();
     bench.memory.write(8, &[0; 8]).unwrap();
     bench.memory.write(BANK_SIZE + 8, &[0; 8]).unwrap();
     bench.flash.write(CR, 1 << 15 | STRT, 0).unwrap();
@@ -260,7 +249,7 @@ fn mass_erase_takes_a_bank() {
 
 #[test]
 fn programming_and_erasing_at_once_is_a_sequence_error() {
-    let mut bench = Bench::unlocked("both");
+    let mut bench = Bench::unlocked();
     bench.flash.write(CR, PG | PER | STRT, 0).unwrap();
     assert_eq!(bench.status() & (PGSERR | BSY), PGSERR);
     assert_eq!(bench.flash.read(CR).unwrap() & STRT, 0);
@@ -268,7 +257,8 @@ fn programming_and_erasing_at_once_is_a_sequence_error() {
 
 #[test]
 fn a_file_of_another_size_is_refused_and_left_alone() {
-    let path = std::env::temp_dir().join(format!("virtual-board-{}-size.bin", std::process::id()));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flash.bin");
     std::fs::write(&path, [1, 2, 3]).unwrap();
     let error = FlashMemory::open(&path).unwrap_err();
     assert!(matches!(error, FlashFileError::Size { found: 3, .. }));
@@ -277,5 +267,4 @@ fn a_file_of_another_size_is_refused_and_left_alone() {
         "{error}"
     );
     assert_eq!(std::fs::read(&path).unwrap(), [1, 2, 3]);
-    std::fs::remove_file(&path).unwrap();
 }

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_reset_in_mid_program_tears_the_double_word() {
-    let mut bench = Bench::unlocked("torn");
+    let mut bench = Bench::unlocked();
     bench.flash.write(CR, PG, 0).unwrap();
     bench.store(0x40010, 0, 0);
     bench.store(0x40014, 0x5555_5555, 0);
@@ -30,7 +30,7 @@ fn a_reset_in_mid_program_tears_the_double_word() {
 
 #[test]
 fn an_operation_that_power_cuts_short_has_not_happened() {
-    let mut bench = Bench::unlocked("power");
+    let mut bench = Bench::unlocked();
     bench.memory.write(BANK_SIZE, &[0; 2048]).unwrap();
     bench.flash.write(CR, PER | BKER | STRT, 0).unwrap();
     bench.advance(PAGE_ERASE / 2);
@@ -43,7 +43,7 @@ fn an_operation_that_power_cuts_short_has_not_happened() {
 
 #[test]
 fn a_torn_word_is_torn_after_power_on_too_until_its_page_is_erased() {
-    let mut bench = Bench::unlocked("torn-for-good");
+    let mut bench = Bench::unlocked();
     bench.flash.write(CR, PG, 0).unwrap();
     bench.store(0x40010, 0, 0);
     bench.store(0x40014, 0x5555_5555, 0);
@@ -63,7 +63,7 @@ fn a_torn_word_is_torn_after_power_on_too_until_its_page_is_erased() {
 
 #[test]
 fn one_wrong_bit_is_corrected_flagged_and_interrupts_if_enabled() {
-    let mut bench = Bench::unlocked("one-bit");
+    let mut bench = Bench::unlocked();
     bench.program(0x40018, 0x1234_5678, 0);
     bench.memory.damage(0x4001C, Flaw::OneBit).unwrap();
     assert!(bench.watched(1) && !bench.watched(0));
@@ -80,7 +80,7 @@ fn one_wrong_bit_is_corrected_flagged_and_interrupts_if_enabled() {
 
 #[test]
 fn an_erasure_that_is_cut_short_leaves_old_torn_and_erased_words() {
-    let mut bench = Bench::unlocked("half-erased");
+    let mut bench = Bench::unlocked();
     bench.memory.write(BANK_SIZE, &[0; 2048]).unwrap();
     bench.flash.write(CR, PER | BKER | STRT, 0).unwrap();
     bench.flash.reset(&mut bench.memory).unwrap();
@@ -104,7 +104,7 @@ fn a_trap_stops_its_operation_before_within_or_after() {
         (Progress::NotBegun, u64::MAX),
         (Progress::Done, 0x5555_5555_5555_5555),
     ] {
-        let mut bench = Bench::unlocked("trap");
+        let mut bench = Bench::unlocked();
         bench.flash.set_trap(Some((2, progress)));
         bench.program(0x40000, 0x1111_1111, 0);
         assert!(!bench.flash.trapped());
@@ -115,7 +115,7 @@ fn a_trap_stops_its_operation_before_within_or_after() {
         assert_eq!(bench.memory.double_word(0x40008), left, "{progress:?}");
         assert!(!bench.watched(1));
     }
-    let mut bench = Bench::unlocked("trap-half");
+    let mut bench = Bench::unlocked();
     bench.flash.set_trap(Some((1, Progress::Half)));
     bench.flash.write(CR, PG, 0).unwrap();
     bench.store(0x40000, 0x5555_5555, 0);

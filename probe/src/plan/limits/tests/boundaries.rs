@@ -156,6 +156,7 @@ fn a_condition_number_of_twenty_five_holds_the_platform_and_the_next_larger_one_
         run: "roll".to_owned(),
         time_s: 2.5,
         bound,
+        better_order: None,
     };
     assert_eq!(condition_within("roll", &with(bound)), Err(refused));
     for bound in [f64::INFINITY, f64::NAN] {

@@ -1,0 +1,89 @@
+//! The held-out movement of the small campaign: verdict, table, poses and curves.
+
+use hexsense_probe::report::render;
+
+use crate::page::{captioned, elements, of_section, parsed, words};
+use crate::small::{SMALL_PAGE, Small};
+
+#[test]
+fn before_after_share_mean_and_verdict_of_every_channel_stand_in_their_columns() {
+    let table = captioned(&parsed(&SMALL_PAGE), 3);
+    assert_eq!(
+        table.caption,
+        "Table 3. Verdicts. ± is the expanded uncertainty of the mean error, coverage factor 3 because nine channels \
+         are judged at once."
+    );
+    assert_eq!(
+        table.head,
+        "Channel | Signal [rms] | Error before [rms] | Error after [rms] | of signal [%, limit 3] | \
+         Mean error after (2 columns) | Verdict"
+    );
+    // 0.016 of 0.4 is 4 %; 0.00062 is more than its uncertainty.
+    let expected = [
+        "Linear acceleration, m/s² (8 columns)",
+        "ax | 1.23 | 0.456 | 0.0123 | 1.0 | −0.0021 | 0.0045 | passes",
+        "ay | 2.50 | 0.310 | 0.0500 | 2.0 | 0.0032 | 0.0054 | passes",
+        "az | 3.60 | 0.720 | 0.0900 | 2.5 | 0.0043 | 0.0063 | passes",
+        "Angular acceleration, rad/s² (8 columns)",
+        "ex | 0.500 | 0.0234 | 0.00600 | 1.2 | 0.0011 | 0.0019 | passes",
+        "ey | 0.400 | 0.0345 | 0.0160 | 4.0 | −0.0012 | 0.0018 | fails",
+        "ez | 0.800 | 0.0567 | 0.00400 | 0.50 | 0.0013 | 0.0017 | passes",
+        "Angular rate, rad/s (8 columns)",
+        "wx | 0.0500 | 0.00678 | 0.000700 | 1.4 | 0.00021 | 0.00031 | passes",
+        "wy | 0.0600 | 0.00789 | 0.000900 | 1.5 | −0.00022 | 0.00032 | passes",
+        "wz | 0.0700 | 0.00891 | 0.00140 | 2.0 | 0.00062 | 0.00051 | fails",
+    ];
+    assert_eq!(table.rows, expected);
+    assert!(SMALL_PAGE.contains("Run held-out moves all six degrees of freedom"));
+}
+
+#[test]
+fn the_head_says_which_channels_fail_and_the_range_of_uncertainties() {
+    let verdict = |html: &str| {
+        let document = parsed(html);
+        let verdicts = elements(&document, "div").into_iter();
+        let verdict = verdicts.map(|div| (div.attribute("class").unwrap_or_default(), words(div)));
+        let verdict = verdict.filter(|(class, _)| class.starts_with("verdict"));
+        let [(class, text)] = verdict.collect::<Vec<_>>().try_into().unwrap();
+        (class.to_owned(), text)
+    };
+    let range =
+        "Expanded uncertainty (coverage factor 2) of the nine coefficients: 0.10 % to 2.2 %.";
+    let (class, text) = verdict(&SMALL_PAGE);
+    assert_eq!(class, "verdict fails");
+    assert!(
+        text.starts_with("Does not pass. On the held-out movement these channels fail: ey, wz.")
+            && text.contains(range),
+        "{text}"
+    );
+
+    let mut small = Small::new();
+    let channels = &mut small.verification.channels;
+    (channels[4].rms_error_after, channels[8].mean_error) = (0.01, 0.0004);
+    let (class, text) = verdict(&render(&small.input()).unwrap());
+    assert_eq!(class, "verdict passes");
+    assert!(
+        text.starts_with("Passes. All nine channels pass") && text.contains(range),
+        "{text}"
+    );
+
+    let (class, text) = verdict(&render(&small.unverified()).unwrap());
+    assert_eq!(class, "verdict ");
+    assert!(
+        text.starts_with("Calibrated, not yet verified. hexsense verify records")
+            && text.contains(range),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_boards_poses_are_told_in_micrometres_and_microradians() {
+    let poses = of_section(&SMALL_PAGE, "Verification on the held-out movement");
+    assert!(
+        poses.contains("from its own jack channels, 1886 times,")
+            && poses.contains(
+                "the point O to 0.25 µm and the attitude to 0.11 µrad, limits 0.5 µm and 0.5 µrad."
+            ),
+        "{poses}"
+    );
+}
