@@ -1,8 +1,10 @@
 use super::*;
 use crate::capture::Capture;
+use hexsense_core::channel::Ratiometric;
 use hexsense_core::excitation::Program;
 
-/// Ten scans at 4 Hz of a base at rest; scan n of channel c counts 100·c + n, at a supply factor of a half.
+/// Ten scans at 4 Hz of a base at rest; scan n of channel c counts 100·c + n, at a supply factor of a half, which does not
+/// act on channel 4.
 fn rest() -> RecordedRun {
     let scan = |n: u64| core::array::from_fn(|channel| 100 * channel as u16 + n as u16);
     RecordedRun {
@@ -16,6 +18,7 @@ fn rest() -> RecordedRun {
             values: None,
         },
         rate_hz: 4,
+        ratiometric: Ratiometric::NONE.with(4),
     }
 }
 
@@ -50,7 +53,8 @@ fn the_mean_of_a_stretch_is_over_its_scans_at_nominal_supply() {
     let rest = Counts::new(&run).unwrap().rest(1.0, 2.0).unwrap();
     assert_eq!((rest.time_s, rest.length_s), (11.5, 1.0));
     for (channel, mean) in rest.counts.into_iter().enumerate() {
-        assert!((mean - 0.5 * (100.0 * channel as f64 + 5.5)).abs() < 1e-9);
+        let factor = if channel == 4 { 1.0 } else { 0.5 };
+        assert!((mean - factor * (100.0 * channel as f64 + 5.5)).abs() < 1e-9);
     }
 }
 
