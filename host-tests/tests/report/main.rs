@@ -12,6 +12,7 @@ mod evidence;
 mod held_out;
 mod motion;
 mod page;
+mod response;
 mod small;
 
 use std::path::PathBuf;
