@@ -10,6 +10,7 @@ mod conditions;
 mod curves;
 mod evidence;
 mod held_out;
+mod margins;
 mod motion;
 mod page;
 mod response;
