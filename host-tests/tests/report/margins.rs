@@ -48,22 +48,19 @@ fn every_jacks_curve_goes_as_far_as_its_stroke_speed_and_acceleration() {
     // Home is in the middle of 1.3 m of stroke.
     let limits = [0.65, 0.3, 0.5];
     for (place, run) in plan.runs.iter().enumerate() {
-        let extremes = extremes(run, &base);
-        for jack in 0..6 {
-            let curves = of(&drawn, &format!("jack{}", jack + 1));
-            assert_eq!(curves.len(), 2 * 3);
-            for (quantity, limit) in limits.into_iter().enumerate() {
-                let curve = curves[3 * place + quantity];
-                let (low, high) = extremes[quantity][jack];
+        for ((quantity, of_jacks), limit) in extremes(run, &base).iter().enumerate().zip(limits) {
+            for (jack, (low, high)) in (1..).zip(of_jacks) {
+                let curves = of(&drawn, &format!("jack{jack}"));
+                assert_eq!(curves.len(), 2 * 3);
+                let curve = curves[3 * place + quantity].iter().copied();
                 let ends = [
-                    curve.iter().copied().fold(f64::INFINITY, f64::min),
-                    curve.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                    curve.clone().fold(f64::INFINITY, f64::min),
+                    curve.fold(f64::NEG_INFINITY, f64::max),
                 ];
                 for (found, expected) in ends.into_iter().zip([low / limit, high / limit]) {
                     let what = format!(
-                        "{}, jack {}, {quantity}: {found} for {expected}",
-                        run.name,
-                        jack + 1
+                        "{}, jack {jack}, {quantity}: {found} for {expected}",
+                        run.name
                     );
                     assert!((found - expected).abs() < 0.01, "{what}");
                 }
