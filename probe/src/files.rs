@@ -219,6 +219,17 @@ mod tests {
     }
 
     #[test]
+    fn a_value_may_lie_on_either_end_of_its_range_and_not_beyond() {
+        let is_within = |value: f64| within("plan.toml", "period_s", value, 1e-3..=0.1).is_ok();
+        assert!(is_within(1e-3) && is_within(0.1));
+        assert!(!is_within(1e-3_f64.next_down()) && !is_within(0.1_f64.next_up()));
+        assert!(!is_within(f64::NAN) && !is_within(f64::INFINITY));
+        let error = within("plan.toml", "period_s", 0.2, 1e-3..=0.1).unwrap_err();
+        let told = "plan.toml: period_s is 0.2; it must be 0.001 to 0.1";
+        assert_eq!(error.to_string(), told);
+    }
+
+    #[test]
     fn hexadecimal_digits_come_back_as_bytes_or_not_at_all() {
         assert_eq!(from_hex(&hex(&[0, 0xA5, 0xFF])), Some([0, 0xA5, 0xFF]));
         for text in ["", "00a5", "00a5f", "00a5fg", "00a5ff00", "+0a5ff", "äää"] {

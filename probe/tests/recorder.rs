@@ -7,12 +7,17 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use fake::FakeBoard;
+use fake::key::KEY;
 use fake::line::Line;
+use fake::set::{encoded, set};
 use fake::source::Still;
 use hexsense_client::Client;
+use hexsense_core::authority::tag;
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::wire::StreamContent;
+use hexsense_core::storage::StorageCommand;
+use hexsense_core::wire::change::{Act, Change};
 use hexsense_core::wire::telemetry::Block;
+use hexsense_core::wire::{Response, StreamContent};
 use hexsense_probe::capture::Gap;
 use hexsense_probe::files::FileError;
 use hexsense_probe::interrupt::Interrupt;
@@ -20,6 +25,7 @@ use hexsense_probe::record::RecordError;
 use hexsense_probe::record::board::Streaming;
 use hexsense_probe::record::recorder::Recorder;
 use hexsense_probe::record::sink::{Notes, Recorded, Sink};
+use sha2::{Digest, Sha256};
 
 /// What a sink got; blocks by their first scans, from the first block on.
 #[derive(Debug, PartialEq)]
@@ -128,4 +134,50 @@ fn a_request_to_stop_and_a_restart_end_the_recording() {
     interrupt.raise();
     let error = recorder.next_block().unwrap_err();
     assert!(matches!(error, RecordError::Interrupted(_)), "{error}");
+}
+
+/// Stores a set on the board by itself.
+fn store(board: &mut FakeBoard, unix_s: u64) {
+    let bytes = encoded(&set(unix_s));
+    let Ok(Response::Challenge(challenge)) = board.keep(StorageCommand::Challenge) else {
+        panic!("a challenge is always given");
+    };
+    let act = Act::Upload {
+        length: bytes.len() as u16,
+        digest: Sha256::digest(&bytes).into(),
+    };
+    let change = Change { unix_s, act };
+    let tag = tag(&KEY, &challenge, b"fake board 1", &change);
+    board.keep(StorageCommand::Change(change, tag)).unwrap();
+    for (index, piece) in bytes.chunks(100).enumerate() {
+        let piece = piece.iter().copied().collect();
+        let command = StorageCommand::Chunk(index as u16 * 100, piece);
+        board.keep(command).unwrap();
+    }
+    board.keep(StorageCommand::Commit).unwrap();
+}
+
+#[test]
+fn a_set_that_comes_or_is_replaced_ends_the_recording_and_one_that_stays_does_not() {
+    for before in [None, Some(1)] {
+        let mut board = FakeBoard::new(Box::new(Still));
+        before
+            .into_iter()
+            .for_each(|unix_s| store(&mut board, unix_s));
+        let board = Arc::new(Mutex::new(board));
+        let mut client = Client::connect(Line::to(&board)).unwrap();
+        let interrupt = Interrupt::default();
+        let mut recorder = Recorder::start(&mut client, STREAMING, &interrupt).unwrap();
+        recorder.begin(Vec::new()).unwrap();
+        for _ in 0..3 {
+            recorder.next_block().unwrap();
+        }
+        store(&mut board.lock().unwrap(), 2);
+        let next_scan = recorder.next_scan();
+        let error = recorder.next_block().unwrap_err();
+        let RecordError::OtherSet { scan } = error else {
+            panic!("{error}");
+        };
+        assert!(scan >= next_scan, "{scan}");
+    }
 }

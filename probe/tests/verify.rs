@@ -115,7 +115,7 @@ fn one_channel_that_is_off_by_its_mean_or_its_rms_alone_fails() {
         assert!((3.0..5.0).contains(&after[channel].1), "{after:?}");
     }
     for channel in [0, 4, 8] {
-        // A gain that is a tenth too large, about the mean of the movement's counts: it moves the rms and nothing else.
+        // Values that are a tenth too large: these channels go to and fro about zero, so that their means hardly move.
         let mut steeper = set.clone();
         let triad = &mut steeper.triads[channel / 3];
         triad.matrix[channel % 3] = triad.matrix[channel % 3].map(|gain| 1.1 * gain);

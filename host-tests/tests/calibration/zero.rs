@@ -102,6 +102,45 @@ fn a_drift_is_refused_with_its_size_and_sign() {
     );
 }
 
+/// Ten samples are their own segments, at −0.45, −0.35 … 0.45. Drift and deviation may be their limits, to the last
+/// digits of the fit.
+#[test]
+fn drift_and_deviation_may_be_as_large_as_their_limits() {
+    let places = (0..10).map(|n| (f64::from(n) - 4.5) / 10.0);
+    let line: Vec<f64> = places.clone().map(|place| 100.0 + 8.0 * place).collect();
+    for sign in [-1.0, 1.0] {
+        let samples: Vec<f64> = line.iter().map(|value| sign * value).collect();
+        let with = |drift| {
+            let deviation = 1e-9;
+            zero(&samples, ZeroLimits { deviation, drift })
+        };
+        assert!(with(8.0 * (1.0 + 1e-12)).is_ok());
+        let refused = with(8.0 * (1.0 - 1e-12));
+        assert!(
+            matches!(refused, Err(ZeroError::Drifted { .. })),
+            "{refused:?}"
+        );
+    }
+    // One up, one down: Σy² = 10, Σpy = −0.5, Σp² = 0.825; two unknowns leave eight degrees of freedom.
+    let alternating: Vec<f64> = (0..10).map(|n| f64::from(1 - 2 * (n % 2))).collect();
+    let expected = ((10.0 - 0.25 / 0.825) / 8.0_f64).sqrt();
+    let with = |deviation| {
+        zero(
+            &alternating,
+            ZeroLimits {
+                deviation,
+                drift: 1.0,
+            },
+        )
+    };
+    assert!(with(expected * (1.0 + 1e-12)).is_ok());
+    let refused = with(expected * (1.0 - 1e-12));
+    assert!(
+        matches!(refused, Err(ZeroError::Moved { .. })),
+        "{refused:?}"
+    );
+}
+
 #[test]
 fn what_is_not_a_number_is_refused() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -72,7 +72,7 @@ fn the_shortest_length_may_be_zero_but_not_negative() {
 /// Four units in the last place, 1.3 µm, are allowed for what lengths are computed with.
 #[test]
 fn home_may_be_on_either_stop_and_not_beyond() {
-    let (longest_m, shortest_m) = (7.593_75_f32.sqrt(), 7.519_531_25_f32.sqrt());
+    let [longest_m, shortest_m] = [7.593_75_f64, 7.519_531_25].map(|square| square.sqrt() as f32);
     let outside = |jack| Some(RecordError::Base(BaseError::Home { jack }));
     let with = |length_m| problem(|set| set.base.length_max_m = length_m);
     assert_eq!(with(longest_m), None);

@@ -338,7 +338,7 @@ fn any_change_ends_an_upload_under_way() {
 
 /// A log of 118 pages has 6,041 places, of which the last eight are the reserve.
 #[test]
-fn the_last_place_of_the_log_takes_a_change_and_then_no_change_is_made_and_what_is_active_stays() {
+fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 2));
     let mut log = Log::new(&mut nor, layout(PAGES).log());

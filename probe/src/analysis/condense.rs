@@ -263,3 +263,6 @@ pub fn sweep(
     let counts = Counts::new(run)?;
     Sweep::new(&counts, counts.onset_s(geometry)?, freedom, sine, geometry)
 }
+
+#[cfg(test)]
+mod tests;

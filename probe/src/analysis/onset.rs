@@ -31,7 +31,7 @@ impl Counts<'_> {
         let best = (0..=places)
             .filter_map(|place| Some((place, correlation(measured.get(place..)?, &program)?)));
         let (place, fit) = best.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-        if fit < 0.9 {
+        if !is_found(fit) {
             return Err(AnalysisError::NotFound {
                 run: self.run.name.clone(),
                 fit: fit.max(0.0) * 100.0,
@@ -39,6 +39,11 @@ impl Counts<'_> {
         }
         Ok(place as f64 * SEARCH_STEP_S)
     }
+}
+
+/// Whether a jack that fits its program so well followed it.
+fn is_found(fit: f64) -> bool {
+    fit >= 0.9
 }
 
 /// The jack that a program moves most, and its displacement every [`SEARCH_STEP_S`].
@@ -79,4 +84,34 @@ fn correlation(measured: &[f64], program: &[f64]) -> Option<f64> {
         pp += (program - p) * (program - p);
     }
     (mm > 0.0 && pp > 0.0).then(|| cross / (mm * pp).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_movement_is_found_from_a_fit_of_nine_tenths_on() {
+        assert!(is_found(0.9) && is_found(1.0));
+        assert!(!is_found(0.9_f64.next_down()) && !is_found(-1.0) && !is_found(f64::NAN));
+    }
+
+    /// With r times a signal that is orthogonal to the program the correlation is 1/√(1 + r²).
+    #[test]
+    fn what_is_added_to_a_program_lowers_its_fit() {
+        let program = [1.0, -1.0, 1.0, -1.0];
+        for r in [0.0, 0.5, 2.0] {
+            let measured = [1.0 + r, -1.0 + r, 1.0 - r, -1.0 - r].map(|value| 7.0 * value + 40.0);
+            let fit = correlation(&measured, &program).unwrap();
+            assert!((fit - 1.0 / (1.0_f64 + r * r).sqrt()).abs() < 1e-12);
+            let opposite = correlation(&measured.map(|value| -value), &program).unwrap();
+            assert!((opposite + fit).abs() < 1e-12);
+        }
+        assert_eq!(correlation(&[40.0; 4], &program), None, "it does not move");
+        assert_eq!(
+            correlation(&program[1..], &program),
+            None,
+            "it is too short"
+        );
+    }
 }

@@ -22,7 +22,7 @@ fn twenty_millimetres_from_home_are_home_and_the_next_larger_distance_is_not() {
 fn watch(change: impl FnOnce(&mut [Displacements])) -> RestWatch {
     let home_m = [0.011, -0.022, 0.033, -0.044, 0.055, -0.066];
     let window = |index: usize| {
-        // Up and down by 0.1 mm and 0.2 mm …
+        // Up and down by 0.1 mm, or by 0.2 mm for every second jack.
         let tremble_m = if index.is_multiple_of(2) { 1e-4 } else { -1e-4 };
         core::array::from_fn(|jack| home_m[jack] + 1e-3 + tremble_m * (1 + jack % 2) as f64)
     };
