@@ -52,9 +52,11 @@ impl TruthLog {
                 bail!("the truth log, line {}: no cells", line.number)
             };
             times.push(*time);
-            rows.push(values.try_into().map_err(|_| {
-                anyhow::anyhow!("the truth log has the line {:?}", line.text)
-            })?);
+            rows.push(
+                values
+                    .try_into()
+                    .map_err(|_| anyhow::anyhow!("the truth log has the line {:?}", line.text))?,
+            );
         }
         let [first, second, ..] = times[..] else {
             bail!("the truth log has no movement in it")
