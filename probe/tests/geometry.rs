@@ -67,7 +67,7 @@ fn a_home_that_cannot_be_found_asks_for_the_key() {
     );
 }
 
-/// The file with each number of its hinges and stroke replaced.
+/// The file with its hinges in other axes and units, and the lower ones 50 mm higher.
 fn with_hinges(
     axes: &str,
     units: &str,
@@ -78,7 +78,9 @@ fn with_hinges(
     let hinges = |key: &str| {
         let hinges = file[key].as_array().unwrap().iter();
         let hinges = hinges.map(|hinge| {
-            let c = [0, 1, 2].map(|axis| scale * hinge[axis].as_float().unwrap());
+            let mut c = [0, 1, 2].map(|axis| scale * hinge[axis].as_float().unwrap());
+            // Off the plane, where a wrong sign shows.
+            c[2] += if key == "lower" { 0.05 * scale } else { 0.0 };
             format!("{:?}", turned(c))
         });
         hinges.collect::<Vec<_>>().join(", ")

@@ -2,8 +2,11 @@
 
 use tables::{Problem, Table};
 
+/// Header and numbers.
+type Read = (Vec<String>, Vec<Vec<f64>>);
+
 /// Header and numbers of a text.
-fn read(text: &str) -> Result<(Vec<String>, Vec<Vec<f64>>), (usize, Problem)> {
+fn read(text: &str) -> Result<Read, (usize, Problem)> {
     let mut table = Table::of(text)?;
     let names = tables::names(table.format(), table.header.text);
     let names = names.into_iter().map(str::to_owned).collect();
@@ -73,6 +76,7 @@ fn the_mark_may_not_change_and_thousands_are_not_guessed() {
         "a,b\n\"1,234.5\",1\n",
         "a,b\n\"1,234,567\",1\n",
         "a;b\n;1\n",
+        "a;b\n1e999;1\n",
     ] {
         assert!(read(text).is_err(), "{text:?}");
     }
@@ -85,6 +89,8 @@ fn the_mark_may_not_change_and_thousands_are_not_guessed() {
 
 #[test]
 fn a_header_is_compared_name_by_name() {
+    let table = Table::of("a,b,,\n").unwrap();
+    assert_eq!(tables::names(table.format(), table.header.text), ["a", "b"]);
     let said = |header: &str| {
         let table = Table::of(header).unwrap();
         tables::expect(table.format(), table.header.text, "a,b,c").map_err(|e| e.to_string())

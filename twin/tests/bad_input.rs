@@ -109,25 +109,20 @@ fn a_platform_may_hang_below_its_lower_hinges() {
     assert!((hanging.home.position_m.0[1] + 2.322399).abs() < 1e-12);
 }
 
-/// The hinges of the good file in millimetres, with z down and with z up.
+/// The good file, its hinges off the plane where a wrong sign shows, in millimetres with z up and with z down.
 #[test]
 fn millimetres_and_axes_with_z_down_are_the_same_base() {
-    let good_base = Geometry::parse(&good()).unwrap();
+    let raised = good().replace(", 0.0, ", ", 0.1, ");
+    let wanted = Geometry::parse(&raised).unwrap();
+    let file: toml::Table = raised.parse().unwrap();
     // y and z are swapped; then z up points y to the left, z down points z downwards.
-    for (axes, sign) in [("z-up", [1.0, -1.0, 1.0]), ("z-down", [1.0, 1.0, -1.0])] {
-        let file: toml::Table = good().parse().unwrap();
+    for (axes, [y_sign, z_sign]) in [("z-up", [-1.0, 1.0]), ("z-down", [1.0, -1.0])] {
         let hinges = |key: &str| {
-            let mut list = String::new();
-            for hinge in file[key].as_array().unwrap() {
-                let c = [0, 2, 1].map(|axis| 1000.0 * hinge[axis].as_float().unwrap());
-                list += &format!(
-                    "[{:?}, {:?}, {:?}],",
-                    c[0] * sign[0],
-                    c[1] * sign[1],
-                    c[2] * sign[2]
-                );
-            }
-            list
+            let turned = file[key].as_array().unwrap().iter().map(|hinge| {
+                let mm = |axis: usize| 1000.0 * hinge[axis].as_float().unwrap();
+                format!("[{:?}, {:?}, {:?}]", mm(0), y_sign * mm(2), z_sign * mm(1))
+            });
+            turned.collect::<Vec<_>>().join(", ")
         };
         let text = format!(
             "name = \"x\"\naxes = {axes:?}\nunits = \"mm\"\nlower = [{}]\nupper = [{}]\nlength_min = 2300\n\
@@ -135,25 +130,21 @@ fn millimetres_and_axes_with_z_down_are_the_same_base() {
             hinges("lower"),
             hinges("upper")
         );
-        let base = Geometry::parse(&text).unwrap();
-        let (found, wanted) = (&base.nominal, &good_base.nominal);
-        let pairs = found
-            .lower
-            .iter()
-            .chain(&found.upper)
-            .zip(wanted.lower.iter().chain(&wanted.upper));
-        for (a, b) in pairs {
-            for axis in 0..3 {
-                assert!(
-                    (a.0[axis] - b.0[axis]).abs() < 1e-12,
-                    "{axes}: {a:?} is not {b:?}"
-                );
-            }
+        let found = Geometry::parse(&text).unwrap();
+        let all = |base: &Geometry| [base.nominal.lower, base.nominal.upper].concat();
+        for (a, b) in all(&found).into_iter().zip(all(&wanted)) {
+            let off = (0..3).map(|axis| (a.0[axis] - b.0[axis]).abs());
+            assert!(
+                off.fold(0.0, f64::max) < 1e-12,
+                "{axes}: {a:?} is not {b:?}"
+            );
         }
-        assert_eq!(base.length_m, good_base.length_m);
-        assert_eq!(base.hinge_tolerance_m, 0.0005);
-        assert_eq!(base.speed_max_m_s, Some(1.0));
-        assert!((base.home.position_m.0[1] - 2.322399).abs() < 1e-12);
+        assert_eq!(found.length_m, wanted.length_m);
+        assert_eq!(
+            [found.hinge_tolerance_m, found.speed_max_m_s.unwrap()],
+            [0.0005, 1.0]
+        );
+        assert!((found.home.position_m.0[1] - 2.322399).abs() < 1e-12);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::page::{elements, number, parsed, words};
 use crate::small::SMALL_PAGE;
 
 /// What is drawn, in the order of drawing: its class and its values by the axis that was numbered last.
-type Drawn = Vec<(String, Vec<f64>)>;
+pub type Drawn = Vec<(String, Vec<f64>)>;
 
 /// Lines and dots of the figures whose caption contains `caption`.
 fn drawn(caption: &str) -> Vec<Drawn> {
@@ -16,7 +16,7 @@ fn drawn(caption: &str) -> Vec<Drawn> {
         .collect()
 }
 
-fn read(figure: roxmltree::Node) -> Drawn {
+pub fn read(figure: roxmltree::Node) -> Drawn {
     let mut axis: Vec<(f64, f64)> = Vec::new();
     let (mut whole, mut drawn) = (false, Drawn::new());
     for node in figure.descendants() {
@@ -75,7 +75,7 @@ fn ys(path: &str) -> Vec<f64> {
 }
 
 /// The curves of this class.
-fn of<'a>(drawn: &'a Drawn, class: &str) -> Vec<&'a [f64]> {
+pub fn of<'a>(drawn: &'a Drawn, class: &str) -> Vec<&'a [f64]> {
     let of_class = drawn.iter().filter(|(held, _)| held == class);
     of_class.map(|(_, values)| values.as_slice()).collect()
 }

@@ -1,9 +1,12 @@
 //! The held-out movement of the small campaign: verdict, table, poses and curves.
 
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use hexsense_probe::analysis::held_out::{Signals, compare};
 use hexsense_probe::report::render;
 
 use crate::page::{captioned, elements, of_section, parsed, words};
-use crate::small::{SMALL_PAGE, Small};
+use crate::small::{SMALL_PAGE, Small, numbers};
 
 #[test]
 fn before_after_share_mean_and_verdict_of_every_channel_stand_in_their_columns() {
@@ -86,4 +89,43 @@ fn the_boards_poses_are_told_in_micrometres_and_microradians() {
             ),
         "{poses}"
     );
+}
+
+/// Channel c swings by `size`·(c + 1) with a period of 10 s about `mean`·(c + 1): 20 s, and 1.5 s at each end that are
+/// left out.
+fn signals(size: f64, mean: f64) -> Signals {
+    std::array::from_fn(|channel| {
+        let swing = |n: i32| (TAU * (f64::from(n) / 100.0 - 1.5) / 10.0).sin();
+        (0..2_300)
+            .map(|n| (channel + 1) as f64 * (size * swing(n) + mean))
+            .collect()
+    })
+}
+
+#[test]
+fn signal_error_and_mean_are_judged_by_their_own_channel_and_values() {
+    let (reference, before, after) = (signals(1.0, 3.0), signals(1.5, 9.0), signals(1.1, 3.02));
+    let results = numbers::results();
+    let verdicts = compare(&reference, &after, &before, &results, 100.0);
+    assert_eq!(verdicts.len(), 9);
+    for (index, (verdict, result)) in verdicts.iter().zip(&results.channels).enumerate() {
+        assert_eq!((&verdict.name, &verdict.unit), (&result.name, &result.unit));
+        let scale = (index + 1) as f64;
+        // White noise over 23 s; the value at rest by 0.001, its walk by 0.002·√100 s.
+        let white = result.noise_density / 46f64.sqrt();
+        let mean_uncertainty =
+            3.0 * (white * white + (scale * 0.001).powi(2) + (scale * 0.02).powi(2)).sqrt();
+        for (found, expected) in [
+            (verdict.rms_signal, scale * FRAC_1_SQRT_2),
+            (verdict.rms_error_before, 0.5 * scale * FRAC_1_SQRT_2),
+            (verdict.rms_error_after, 0.1 * scale * FRAC_1_SQRT_2),
+            (verdict.mean_error, 0.02 * scale),
+            (verdict.mean_uncertainty, mean_uncertainty),
+        ] {
+            assert!(
+                (found / expected - 1.0).abs() < 2e-3,
+                "{verdict:?}: {found} for {expected}"
+            );
+        }
+    }
 }

@@ -10,8 +10,10 @@ mod conditions;
 mod curves;
 mod evidence;
 mod held_out;
+mod margins;
 mod motion;
 mod page;
+mod response;
 mod small;
 
 use std::path::PathBuf;

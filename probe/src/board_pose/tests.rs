@@ -137,7 +137,7 @@ fn people_read_metres_and_degrees_or_why_there_is_no_pose() {
     let report = PoseReport {
         outcome: Ok(BoardPose {
             position_m: [0.1234, 2.2345, -0.3456],
-            rotation: [0.943_714_36, 0.127_679_44, 0.189_307_86, 0.239_298_34],
+            rotation: [0.943_714_4, 0.127_679_44, 0.189_307_86, 0.239_298_34],
             residual_m: 1.5e-6,
             condition_bound: 99.0,
             iterations: 3,

@@ -109,3 +109,38 @@ fn table(found: &Characteristics) -> String {
     }
     text + "the pose by the jacks against the command; a delay that all jacks share does not show\n\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::characteristics::frequency_response::FrequencyResponse;
+
+    #[test]
+    fn frequency_ratio_and_phase_with_its_sign_stand_in_the_order_of_the_head() {
+        let response =
+            |run: &str, freedom: &str, frequency_hz, ratio, phase_deg| FrequencyResponse {
+                run: run.to_owned(),
+                freedom: freedom.to_owned(),
+                frequency_hz,
+                command: 0.05,
+                measured: 0.06,
+                ratio,
+                phase_deg,
+                distortion: 0.07,
+            };
+        let found = Characteristics {
+            frequency_response: vec![
+                response("slow-heave", "heave", 0.25012, 0.97, -12.345_6),
+                response("roll-sine", "roll", 0.50123, 1.025, 3.21),
+            ],
+        };
+        let expected = "
+run          moved    frequency, Hz  ratio    phase, °
+slow-heave   heave          0.25012 0.9700      -12.35
+roll-sine    roll           0.50123 1.0250        3.21
+the pose by the jacks against the command; a delay that all jacks share does not show
+
+";
+        assert_eq!(table(&found), expected);
+    }
+}

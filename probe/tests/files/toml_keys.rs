@@ -12,42 +12,22 @@ const UNKNOWN: &str = "zzz";
 
 /// All keys, those of tables behind the table's name.
 pub fn known(reader: Reader) -> BTreeSet<String> {
-    let top =
-        expected(reader, &format!("{UNKNOWN} = 1\n")).expect("the reader refuses unknown keys");
     let mut keys = BTreeSet::new();
-    let mut tables = Vec::new();
-    let mut found = |table: &str, names: Vec<String>, tables: &mut Vec<String>| {
-        for name in names {
-            let key = if table.is_empty() {
-                name
-            } else {
-                format!("{table}.{name}")
-            };
-            tables.push(key.clone());
+    // Tables with the lines that lead to them; the file itself is the first.
+    let mut tables = vec![(String::new(), String::new())];
+    while let Some((table, head)) = tables.pop() {
+        let text = format!("{head}{UNKNOWN} = 1\n");
+        for name in expected(reader, &text).into_iter().flatten() {
+            let key = format!("{table}{name}");
+            // A table, or a list of tables; a key that is neither expects nothing.
+            for line in [format!("[{key}]\n"), format!("[[{key}]]\n")] {
+                tables.push((format!("{key}."), format!("{head}{line}")));
+            }
             keys.insert(key);
         }
-    };
-    found("", top, &mut tables);
-    while let Some(table) = tables.pop() {
-        // One table, or a list of tables whose outer tables are lists or not.
-        let texts = heads(&table).map(|head| format!("{head}{UNKNOWN} = 1\n"));
-        if let Some(names) = texts.iter().find_map(|text| expected(reader, text)) {
-            found(&table, names, &mut tables);
-        }
     }
+    assert!(!keys.is_empty(), "the reader takes unknown keys");
     keys
-}
-
-/// Lines that begin a table: as a list or not, in a table that is a list.
-fn heads(table: &str) -> [String; 3] {
-    let outer = table
-        .rsplit_once('.')
-        .map_or(String::new(), |(outer, _)| format!("[[{outer}]]\n"));
-    [
-        format!("[{table}]\n"),
-        format!("{outer}[[{table}]]\n"),
-        format!("{outer}[{table}]\n"),
-    ]
 }
 
 /// The keys that the reader expects where it meets [`UNKNOWN`]; `None` when it stops at something else.

@@ -2,8 +2,8 @@
 //! sensors, jacks, axes, runs or boards are alike. What the report must show of it is worked out by hand.
 
 mod analysed;
-mod numbers;
-mod recordings;
+pub mod numbers;
+pub mod recordings;
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -191,16 +191,16 @@ fn sum_up(records: &mut [RunRecord], runs: &[RecordedRun]) {
 fn curves() -> HeldOut {
     let wave = |size: f64| -> [Vec<f64>; 9] {
         std::array::from_fn(|channel| {
-            let place = |n: i32| (f64::from(n) / 200.0 + channel as f64).sin();
-            (0..2_600).map(|n| (1.0 + size) * place(n)).collect()
+            let place = |n: i32| (f64::from(n) / 100.0 + channel as f64).sin();
+            (0..1_300).map(|n| (1.0 + size) * place(n)).collect()
         })
     };
     HeldOut {
         reference: wave(0.0),
         before: wave(0.5),
         after: wave(0.1),
-        jacks: vec![[32_768.0; 6]; 2_600],
+        jacks: vec![[32_768.0; 6]; 1_300],
         first: 500.0,
-        group: 5,
+        group: 10,
     }
 }

@@ -15,7 +15,7 @@ use hexsense_probe::plan::Plan;
 use nalgebra::{Matrix3, Vector3};
 
 /// Counts that one metre of jack makes at nominal supply: 2 V/m by the sensor file, 65536 counts at 3.3 V.
-const COUNTS_PER_M: f64 = 2.0 * 65_536.0 / 3.3;
+pub const COUNTS_PER_M: f64 = 2.0 * 65_536.0 / 3.3;
 /// What block means scatter about the sine, counts at nominal supply: +10 and −10 in turn.
 const SCATTER: f64 = 10.0;
 
@@ -133,7 +133,7 @@ impl Recording {
 }
 
 /// Lengths of the jacks, m: |p + A·b − a| with A = Ry(ψ)·Rz(ϑ)·Rx(γ), p from home at a height of 2.129757 m.
-fn lengths(base: &GeometryFile, at: [f64; 6]) -> [f64; 6] {
+pub fn lengths(base: &GeometryFile, at: [f64; 6]) -> [f64; 6] {
     let [(sg, cg), (sy, cy), (st, ct)] = [at[3], at[4], at[5]].map(f64::sin_cos);
     let rotation = Matrix3::new(
         cy * ct,
