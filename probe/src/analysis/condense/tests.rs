@@ -8,7 +8,6 @@ use hexsense_core::excitation::Program;
 fn rest() -> RecordedRun {
     let scan = |n: u64| core::array::from_fn(|channel| 100 * channel as u16 + n as u16);
     RecordedRun {
-        ratiometric: Default::default(),
         name: "zero".to_owned(),
         program: Program::default(),
         capture: Capture {
