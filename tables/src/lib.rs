@@ -11,6 +11,7 @@
 //!
 //! Anything else is a [`Problem`], which says what to do.
 //!
+//! - `marks`: [`Separator`] and [`Mark`].
 //! - `format`: [`Format`], separator and decimal mark; a number from a cell.
 //! - `cells`: [`Cell`], a line split into cells.
 //! - `header`: the names of the columns.
@@ -24,11 +25,13 @@
 mod cells;
 mod format;
 mod header;
+mod marks;
 mod problem;
 mod table;
 
 pub use cells::{Cell, Cells};
-pub use format::{Format, Mark, Separator};
+pub use format::Format;
 pub use header::{expect, names};
+pub use marks::{Mark, Separator};
 pub use problem::Problem;
 pub use table::{BYTE_ORDER_MARK, Line, Table};

@@ -164,8 +164,8 @@ fn a_bad_program_is_refused_with_its_line() {
     let header = twin::program::HEADER;
     let row = |t: &str| format!("{t},0,0,0,0,0,0\n");
     for (text, says) in [
-        (String::new(), "line 1: header is \"\""),
-        ("time_s,jack1_mm\n".to_owned(), "must be \"time_s,jack1_m,"),
+        (String::new(), "line 1: column 1 of the header is \"\""),
+        ("time_s,jack1_mm\n".to_owned(), "must be \"jack1_m\""),
         (format!("{header}\n"), "0 rows, must be at least 2"),
         (
             format!("{header}\n{}", row("0")),
@@ -173,15 +173,15 @@ fn a_bad_program_is_refused_with_its_line() {
         ),
         (
             format!("{header}\n{}0.001,0,0\n", row("0")),
-            "line 3: 3 values, must be 7",
+            "line 3: 3 cells; there must be 7",
         ),
         (
             format!("{header}\n{}0.001,0,0,NaN,0,0,0\n", row("0")),
-            "line 3, column 4: \"NaN\"",
+            "line 3: \"NaN\" is not a finite number",
         ),
         (
             format!("{header}\n{}0.001,0,0,0,0,0,x\n", row("0")),
-            "line 3, column 7: \"x\"",
+            "line 3: \"x\" is not a finite number",
         ),
         (
             format!("{header}\n{}{}{}", row("0"), row("0.001"), row("0.003")),

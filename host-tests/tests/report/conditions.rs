@@ -43,7 +43,7 @@ fn every_fact_is_that_of_its_name() {
         ),
         (
             "Local gravity",
-            "9.81540 ± 0.00020 m/s² (1σ), by the sensor file",
+            "9.81540 ± 0.00020 m/s² (1σ), gravity_m_s2 of the sensor file",
         ),
         (
             "Board",

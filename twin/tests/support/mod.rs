@@ -37,21 +37,31 @@ pub fn to_pose(geometry: &Geometry, shift: Vec3, turn: Vec3, hold_s: f64) -> Pro
     })
 }
 
-/// All six degrees of freedom at once, in proportion to the stroke, at home in the first and last moment.
+/// All six degrees of freedom at once, in proportion to the stroke, at home in the first and last moment; smaller where a
+/// jack would be faster than nine tenths of its limit.
 pub fn six_axes(geometry: &Geometry, periods: f64) -> Program {
     let frequency_hz = 0.5;
-    let turn = Vec3([0.08, 0.1, -0.09]) * (geometry.stroke_m() / 1.3);
-    let shift = Vec3([0.06, 0.05, -0.07]) * (geometry.stroke_m() / 1.3);
-    program(geometry, periods / frequency_hz, |time_s| {
-        let ramp = (time_s.min(periods / frequency_hz - time_s) / 1.0).clamp(0.0, 1.0);
+    let duration_s = periods / frequency_hz;
+    let pose = |size: f64, time_s: f64| {
+        let ramp = (time_s.min(duration_s - time_s) / 1.0).clamp(0.0, 1.0);
         let wave = (std::f64::consts::TAU * frequency_hz * time_s).sin();
         displaced(
             geometry,
-            shift,
-            turn,
+            Vec3([0.06, 0.05, -0.07]) * size,
+            Vec3([0.08, 0.1, -0.09]) * size,
             ramp * ramp * (3.0 - 2.0 * ramp) * wave,
         )
-    })
+    };
+    let size = geometry.stroke_m() / 1.3;
+    let lengths = |row: i32| geometry.nominal.lengths(&pose(size, f64::from(row) * 0.01));
+    let speeds = (1..(duration_s * 100.0) as i32).flat_map(|row| {
+        let (before, now) = (lengths(row - 1), lengths(row));
+        (0..6).map(move |jack| (now[jack] - before[jack]).abs() / 0.01)
+    });
+    let fastest = speeds.fold(0.0, f64::max);
+    let limit = 0.9 * geometry.speed_max_m_s.unwrap_or(f64::INFINITY);
+    let size = size * (limit / fastest).min(1.0);
+    program(geometry, duration_s, |time_s| pose(size, time_s))
 }
 
 fn displaced(geometry: &Geometry, shift: Vec3, turn: Vec3, share: f64) -> Pose {

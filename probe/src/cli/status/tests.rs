@@ -120,7 +120,7 @@ fn every_line_has_its_figures_and_units() {
     let expected = "\
 uptime         123.5 s
 scans          245000 at 2000 Hz in blocks of 8
-lost           12 scans, the first was scan 7000; converters restarted 7 times after a fault
+restarts       of the converters (7 times after a fault): 12 scans passed meanwhile, the first was scan 7000; what a recording lost stands in its note
 event          1 converter overruns, last 1.001 s after the start
 event          2 blocks read too late, last 2.002 s after the start
 event          4 stops of the converters, last 3.003 s after the start
@@ -171,7 +171,7 @@ fn a_board_at_its_best_says_so() {
     status.events = Events::NONE;
     let text = reading.table();
     for line in [
-        "lost           12 scans; converters restarted 0 times after a fault\nsample path    not measured yet\n",
+        "restarts       of the converters (rate or block changed; none after a fault): 12 scans passed meanwhile; what a recording lost stands in its note\nsample path    not measured yet\n",
         "clock          crystal\nsupply         2.625 V\ntemperature    45.5 °C\nkey            NONE: the board takes no changes",
         "coefficients   none; calibrate and upload a set\n",
         "starts         1 since power-on; no reset\n",
