@@ -78,7 +78,7 @@ impl Plan {
             files::replace(&folder.join("margins.svg"), &margins(&plan, &geometry))?;
             files::replace(&folder.join("base.svg"), &base_figure::page(&geometry))?;
             println!(
-                "written: {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg, {0}/base.svg",
+                "written: {0}/geometry.toml, {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg, {0}/base.svg",
                 folder.display()
             );
         }

@@ -163,11 +163,11 @@ impl TriadSheet {
             file,
             format!("{table}.full_scale"),
             format!(
-                "{} with {} V per unit, ± {swing_v} V about {} V",
+                "{} with {} V per unit, ± {swing_v:.3} V about {} V",
                 self.full_scale, self.volts_per_unit, self.zero_volts
             ),
             format!(
-                "the output at full scale must stay within the converter's 0 to {supply_v} V, ± {room_v} V about \
+                "the output at full scale must stay within the converter's 0 to {supply_v} V, ± {room_v:.3} V about \
                  zero_volts; check volts_per_unit first"
             ),
         ))
