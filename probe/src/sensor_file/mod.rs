@@ -99,8 +99,8 @@ impl Gravity {
         let (latitude_deg, _) = self.place?;
         (latitude_deg != 0.0 && latitude_deg.abs() < core::f64::consts::PI).then(|| {
             format!(
-                "latitude_deg is {latitude_deg}, so the base stands near the equator; is it in radians? Degrees are \
-                 needed: {latitude_deg} rad are {:.4}°. If {latitude_deg}° is right, nothing needs to be done",
+                "latitude_deg is {latitude_deg}: is it in radians? Degrees are needed; {latitude_deg} rad would be \
+                 {:.4}°. If the base stands at {latitude_deg}°, near the equator, nothing needs to be done",
                 latitude_deg.to_degrees()
             )
         })
