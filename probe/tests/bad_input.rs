@@ -115,7 +115,12 @@ fn geometry_files_that_are_no_motion_base() {
         (
             "home_height = 2.129757",
             "home_height = 5.0",
-            &["geometry.toml", "home height of 5 m", "jack 1", "3.4 m"],
+            &[
+                "geometry.toml",
+                "home height of 5.0000 m",
+                "jack 1",
+                "3.4 m",
+            ],
         ),
         (
             "home_height = 2.129757",

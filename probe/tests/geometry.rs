@@ -62,7 +62,7 @@ fn a_home_that_cannot_be_found_asks_for_the_key() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("jack 1 is") && said.contains("give home_height"),
+        said.contains("jack 1 would be 0.7669 m long") && said.contains("give home_height"),
         "{said}"
     );
 }

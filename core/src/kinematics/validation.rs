@@ -89,7 +89,7 @@ pub enum GeometryError<T: RealField + Copy> {
     },
     /// At home a jack would be outside its stroke.
     #[error(
-        "at the home height of {home_height:.4} m jack {jack} would be {length:.4} m long, outside its stroke of {length_min} m to {length_max} m: check home_height, the height of O at which all six jacks are inside their stroke, then the unit and the axes of the hinges"
+        "at the home height of {home_height:.4} m jack {jack} would be {length:.4} m long, outside its stroke of {length_min} m to {length_max} m: give home_height, or correct it, so that all six jacks are inside their stroke; check the unit and the axes of the hinges"
     )]
     HomeOutsideStroke {
         /// The jack, 1..=6.
