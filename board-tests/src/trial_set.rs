@@ -24,7 +24,7 @@ impl Random {
     pub fn set(&mut self, board: [u8; 12]) -> CoefficientSet {
         let triads = Triad::ALL.map(|_| TriadCoefficients {
             offset: [(); 3].map(|()| 32_768.0 + 1_000.0 * self.share()),
-            matrix: [[(); 3]; 3].map(|row| row.map(|()| 6e-4 * self.share())),
+            matrix: self.matrix(),
             offset_uncertainty: [0.5; 3],
             matrix_uncertainty: [[1e-7; 3]; 3],
             delay_s: 1e-3,
@@ -45,6 +45,21 @@ impl Random {
                 metres_per_count: [2.5e-5; 6],
             },
         }
+    }
+
+    /// Three sensors, each of either sign and nearer to its own axis than to the two others together, so that no board
+    /// refuses the matrix as singular.
+    fn matrix(&mut self) -> [[f32; 3]; 3] {
+        core::array::from_fn(|row| {
+            core::array::from_fn(|column| {
+                let share = self.share();
+                if row == column {
+                    (4e-4 + 2e-4 * share.abs()).copysign(share)
+                } else {
+                    1.5e-4 * share
+                }
+            })
+        })
     }
 }
 

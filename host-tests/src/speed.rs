@@ -4,7 +4,7 @@
 //! |---|---|
 //! | cold | [`Solver::solve`], from home, one call after another: ten thousand random poses, uniform within ±0.1 m and ±12° in each coordinate |
 //! | warm | [`Solver::track`], from the pose before: ten seconds of a 1 Hz movement of ±0.1 m and ±12° in all six coordinates, at 1 kHz |
-//! | inverse | [`inverse`] of the random poses |
+//! | inverse | [`inverse()`] of the random poses |
 //! | batch | a million samples of the movement by [`PoseTracker`], in blocks of 1024 shared out to all cores, as `hexsense kinematics pose` solves them |
 //!
 //! The base has hinge radii of 0.75 m (lower, pairs 20° apart) and 0.5 m (upper, pairs 20° apart, turned by 60°) and

@@ -20,7 +20,7 @@
 //! - [`budgets`]: how sensitive each result is to each assumption.
 //! - [`results`]: the campaign's results with uncertainties, as written to `results.json`, and the coefficient set.
 //! - [`filter`]: the zero-phase low-pass filter in front of the comparison on held-out movements.
-//! - [`reference`]: what the sensors should feel on a held-out movement, by the pose.
+//! - [`mod@reference`]: what the sensors should feel on a held-out movement, by the pose.
 //! - [`held_out`]: calibrated values against the pose of the base on a movement that nothing was fitted to.
 
 pub mod assumptions;

@@ -6,7 +6,7 @@
 //! | section | file |
 //! |---|---|
 //! | offsets, sensitivities, matrices, delays | [`channels`] |
-//! | head, conditions, runs | [`conditions`], [`base`] |
+//! | head, conditions, runs | [`conditions`], [`crate::base_figure`] |
 //! | the verdict and the held-out movement | [`held_out`] |
 //! | where the uncertainty comes from | [`budgets`] |
 //! | jack displacement, calculated and registered | [`jacks`] |
