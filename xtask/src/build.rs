@@ -1,10 +1,11 @@
 //! The parts of the product, built, and named in the environment of the programs that use them.
 
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 
+use crate::command::{cargo, checked};
 use crate::setup::{self, BOARD_TARGET};
 
 /// A part that is built by itself.
@@ -121,26 +122,5 @@ pub fn name(parts: &[Part], command: &mut Command) -> anyhow::Result<()> {
     for part in parts {
         command.env(part.variable(), part.file()?);
     }
-    Ok(())
-}
-
-/// `cargo COMMAND` in the workspace.
-pub fn cargo(command: &str) -> Command {
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.arg(command).current_dir(workspace());
-    cargo
-}
-
-/// Root of the workspace.
-pub fn workspace() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Runs a command to its end with its output on standard error; fails when it fails.
-pub fn checked(command: &mut Command) -> anyhow::Result<()> {
-    command.stdin(Stdio::null()).stdout(std::io::stderr());
-    let status = command.status();
-    let status = status.with_context(|| format!("cannot start {command:?}"))?;
-    ensure!(status.success(), "{command:?} failed ({status})");
     Ok(())
 }

@@ -5,7 +5,8 @@ use std::process::Command;
 
 use anyhow::Context;
 
-use crate::build::{self, Part, cargo};
+use crate::build::{self, Part};
+use crate::command::cargo;
 
 /// The flags of a command, which the called program knows.
 #[derive(Debug, Default, clap::Args)]

@@ -8,8 +8,7 @@ use std::process::Command;
 
 use anyhow::{Context, ensure};
 
-use crate::build::{cargo, checked, workspace};
-use crate::setup::printed;
+use crate::command::{cargo, checked, printed, workspace};
 
 /// Longest input, bytes: what targets do with longer ones is the same again, and slower.
 const MAX_LENGTH: u32 = 128;

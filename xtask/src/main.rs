@@ -2,6 +2,7 @@
 //!
 //! This program builds the parts of the product and calls the crate that does the work; it links none of them.
 //!
+//! - [`command`]: other programs, started and waited for.
 //! - [`setup`]: what a fresh machine lacks.
 //! - [`build`]: the parts of the product, built and named in the environment.
 //! - [`call`]: the programs that commands call, in `board-tests` and `host-tests`.
@@ -12,6 +13,7 @@
 
 mod build;
 mod call;
+mod command;
 mod fuzz;
 mod mutants;
 mod setup;

@@ -13,8 +13,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 
-use crate::build::{cargo, checked, workspace};
-use crate::setup::printed;
+use crate::command::{cargo, checked, printed, workspace};
 
 /// `cargo xtask mutants`
 #[derive(Debug, clap::Args)]

@@ -1,10 +1,10 @@
 //! What a fresh machine lacks: the Rust target of the board, and the packages that the emulator is built with.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use anyhow::{Context, bail};
 
-use crate::build::checked;
+use crate::command::{checked, printed};
 
 /// Target of the board.
 pub const BOARD_TARGET: &str = "thumbv7em-none-eabihf";
@@ -65,11 +65,4 @@ fn is_installed(package: &str) -> bool {
         package,
     ]));
     query.is_some_and(|status| status == "installed")
-}
-
-/// The output of a command; `None` when it cannot be started or fails.
-pub fn printed(command: &mut Command) -> Option<String> {
-    let output = command.stdin(Stdio::null()).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    output.status.success().then_some(text)
 }

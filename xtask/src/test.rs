@@ -2,8 +2,9 @@
 
 use std::process::Command;
 
-use crate::build::{Part, cargo, checked};
+use crate::build::Part;
 use crate::call::{Flags, board_tests, host_tests, tests_on_the_board};
+use crate::command::{cargo, checked, printed};
 use crate::fuzz;
 use crate::setup;
 
@@ -71,7 +72,7 @@ fn documentation() -> Command {
 
 /// All tests that run on the host, with nextest where it is there.
 fn tests() -> Command {
-    let nextest = setup::printed(cargo("nextest").arg("--version")).is_some();
+    let nextest = printed(cargo("nextest").arg("--version")).is_some();
     let mut tests = cargo(if nextest { "nextest" } else { "test" });
     if nextest {
         tests.arg("run");
