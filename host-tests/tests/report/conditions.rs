@@ -6,7 +6,7 @@ use hexsense_probe::sensor_file::SensorFile;
 use sha2::{Digest, Sha256};
 
 use crate::page::{captioned, elements, parsed, words};
-use crate::small::{SMALL, SMALL_PAGE, Small};
+use crate::small::{SMALL, SMALL_PAGE, evidence};
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -70,14 +70,14 @@ fn every_fact_is_that_of_its_name() {
 
 #[test]
 fn gravity_by_the_place_is_that_of_the_ellipsoid() {
-    let mut small = Small::new();
+    let mut small = evidence();
     // Normal gravity of WGS 84 at 45° on the ellipsoid is 9.80620 m/s² (NIMA TR 8350.2).
     let text = include_str!("small/sensors.toml").replace(
         "gravity_m_s2 = 9.8154\ngravity_uncertainty_m_s2 = 0.0002",
         "latitude_deg = 45.0\nheight_m = 0.0\ngravity_uncertainty_m_s2 = 0.0003",
     );
     small.campaign.sensors = SensorFile::parse("sensors.toml", &text).unwrap();
-    let facts = facts(&render(&small.input()).unwrap());
+    let facts = facts(&render(&small.verified()).unwrap());
     let gravity = facts
         .iter()
         .find(|(name, _)| name == "Local gravity")

@@ -20,7 +20,7 @@ use hexsense_probe::report::{ReportInput, Verified};
 use hexsense_probe::sensor_file::SensorFile;
 use host_tests::bench::{Laboratory, Movement, RATE_HZ};
 
-/// All files of a verified campaign.
+/// What is known of a verified campaign.
 pub struct Evidence {
     pub campaign: Campaign,
     pub board: BoardRecord,
@@ -110,12 +110,8 @@ impl Evidence {
         }
     }
 
-    pub fn verified(&self) -> ReportInput<'_> {
-        let verified = Verified {
-            run: &self.held_out_run,
-            curves: &self.curves,
-            verification: &self.verification,
-        };
+    /// What the report is made of before the held-out movement.
+    pub fn unverified(&self) -> ReportInput<'_> {
         ReportInput {
             campaign: &self.campaign,
             board: &self.board,
@@ -124,7 +120,20 @@ impl Evidence {
             records: &self.records,
             analysis: &self.analysis,
             characterisation: &self.characterisation,
+            verified: None,
+        }
+    }
+
+    /// What it is made of after that.
+    pub fn verified(&self) -> ReportInput<'_> {
+        let verified = Verified {
+            run: &self.held_out_run,
+            curves: &self.curves,
+            verification: &self.verification,
+        };
+        ReportInput {
             verified: Some(verified),
+            ..self.unverified()
         }
     }
 }

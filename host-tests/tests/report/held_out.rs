@@ -6,7 +6,7 @@ use hexsense_probe::analysis::held_out::{Signals, compare};
 use hexsense_probe::report::render;
 
 use crate::page::{captioned, elements, of_section, parsed, words};
-use crate::small::{SMALL_PAGE, Small, numbers};
+use crate::small::{SMALL_PAGE, evidence, numbers};
 
 #[test]
 fn before_after_share_mean_and_verdict_of_every_channel_stand_in_their_columns() {
@@ -60,10 +60,10 @@ fn the_head_says_which_channels_fail_and_the_range_of_uncertainties() {
         "{text}"
     );
 
-    let mut small = Small::new();
+    let mut small = evidence();
     let channels = &mut small.verification.channels;
     (channels[4].rms_error_after, channels[8].mean_error) = (0.01, 0.0004);
-    let (class, text) = verdict(&render(&small.input()).unwrap());
+    let (class, text) = verdict(&render(&small.verified()).unwrap());
     assert_eq!(class, "verdict passes");
     assert!(
         text.starts_with("Passes. All nine channels pass") && text.contains(range),

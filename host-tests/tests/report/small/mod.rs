@@ -14,102 +14,63 @@ use hexsense_core::sampling::BlockSize;
 use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::analysis::held_out::HeldOut;
 use hexsense_probe::analysis::results::Analysis;
-use hexsense_probe::campaign::{BoardRecord, Campaign, RunRecord, Verification};
+use hexsense_probe::campaign::{BoardRecord, Campaign, RunRecord};
 use hexsense_probe::characteristics::{Characterisation, Characteristics};
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::Plan;
-use hexsense_probe::report::{ReportInput, Verified, render};
+use hexsense_probe::report::render;
 use hexsense_probe::sensor_file::SensorFile;
+
+use crate::evidence::Evidence;
 
 use analysed::{condensed, estimate};
 use recordings::{RECORDINGS, Recording, sums};
 
 /// The campaign.
-pub static SMALL: LazyLock<Small> = LazyLock::new(Small::new);
+pub static SMALL: LazyLock<Evidence> = LazyLock::new(evidence);
 
 /// Its report.
-pub static SMALL_PAGE: LazyLock<String> = LazyLock::new(|| render(&SMALL.input()).unwrap());
+pub static SMALL_PAGE: LazyLock<String> = LazyLock::new(|| render(&SMALL.verified()).unwrap());
 
-/// Everything that a report is made of.
-pub struct Small {
-    pub campaign: Campaign,
-    pub board: BoardRecord,
-    pub set: CoefficientSet,
-    pub runs: Vec<RecordedRun>,
-    pub records: Vec<RunRecord>,
-    pub analysis: Analysis,
-    pub characterisation: Characterisation,
-    pub held_out_run: RecordedRun,
-    pub curves: HeldOut,
-    pub verification: Verification,
-}
-
-impl Small {
-    pub fn new() -> Self {
-        let geometry = geometry();
-        let plan = plan(&geometry);
-        let record = |recording: &Recording| recording.record(&plan, &geometry);
-        let mut runs: Vec<RecordedRun> = RECORDINGS.iter().map(record).collect();
-        let notes = RECORDINGS.iter().zip(&runs);
-        let mut records: Vec<RunRecord> =
-            notes.map(|(recording, run)| recording.note(run)).collect();
-        let held_out_run = runs.pop().unwrap();
-        sum_up(&mut records, &runs);
-        let sensors = SensorFile::parse("sensors.toml", include_str!("sensors.toml")).unwrap();
-        let condensed = condensed();
-        let characterisation = Characterisation {
-            sweeps: vec![condensed.heave.clone(), condensed.turns[0].clone()],
-            characteristics: Characteristics {
-                frequency_response: numbers::frequency_response(),
-            },
-        };
-        Self {
-            board: board(),
-            set: set(&geometry),
-            campaign: Campaign {
-                folder: PathBuf::from("/somewhere/spring"),
-                plan,
-                geometry,
-                sensors,
-            },
-            runs,
-            records,
-            analysis: Analysis {
-                condensed,
-                estimate: estimate(),
-                results: numbers::results(),
-                triads: [triad(); 3],
-            },
-            characterisation,
-            held_out_run,
-            curves: curves(),
-            verification: numbers::verification(),
-        }
-    }
-
-    pub fn unverified(&self) -> ReportInput<'_> {
-        ReportInput {
-            campaign: &self.campaign,
-            board: &self.board,
-            set: &self.set,
-            runs: &self.runs,
-            records: &self.records,
-            analysis: &self.analysis,
-            characterisation: &self.characterisation,
-            verified: None,
-        }
-    }
-
-    pub fn input(&self) -> ReportInput<'_> {
-        let verified = Verified {
-            run: &self.held_out_run,
-            curves: &self.curves,
-            verification: &self.verification,
-        };
-        ReportInput {
-            verified: Some(verified),
-            ..self.unverified()
-        }
+/// All files of the campaign, on which a test may change a number.
+pub fn evidence() -> Evidence {
+    let geometry = geometry();
+    let plan = plan(&geometry);
+    let record = |recording: &Recording| recording.record(&plan, &geometry);
+    let mut runs: Vec<RecordedRun> = RECORDINGS.iter().map(record).collect();
+    let notes = RECORDINGS.iter().zip(&runs);
+    let mut records: Vec<RunRecord> = notes.map(|(recording, run)| recording.note(run)).collect();
+    let held_out_run = runs.pop().unwrap();
+    sum_up(&mut records, &runs);
+    let sensors = SensorFile::parse("sensors.toml", include_str!("sensors.toml")).unwrap();
+    let condensed = condensed();
+    let characterisation = Characterisation {
+        sweeps: vec![condensed.heave.clone(), condensed.turns[0].clone()],
+        characteristics: Characteristics {
+            frequency_response: numbers::frequency_response(),
+        },
+    };
+    Evidence {
+        board: board(),
+        set: set(&geometry),
+        campaign: Campaign {
+            folder: PathBuf::from("/somewhere/spring"),
+            plan,
+            geometry,
+            sensors,
+        },
+        runs,
+        records,
+        analysis: Analysis {
+            condensed,
+            estimate: estimate(),
+            results: numbers::results(),
+            triads: [triad(); 3],
+        },
+        characterisation,
+        held_out_run,
+        curves: curves(),
+        verification: numbers::verification(),
     }
 }
 

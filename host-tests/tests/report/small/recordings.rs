@@ -12,7 +12,8 @@ use hexsense_probe::campaign::{BoardSums, RunRecord};
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;
 use hexsense_probe::plan::Plan;
-use nalgebra::{Matrix3, Vector3};
+use host_tests::reference::gost;
+use nalgebra::Vector3;
 
 /// Counts that one metre of jack makes at nominal supply: 2 V/m by the sensor file, 65536 counts at 3.3 V.
 pub const COUNTS_PER_M: f64 = 2.0 * 65_536.0 / 3.3;
@@ -134,18 +135,7 @@ impl Recording {
 
 /// Lengths of the jacks, m: |p + A·b − a| with A = Ry(ψ)·Rz(ϑ)·Rx(γ), p from home at a height of 2.129757 m.
 pub fn lengths(base: &GeometryFile, at: [f64; 6]) -> [f64; 6] {
-    let [(sg, cg), (sy, cy), (st, ct)] = [at[3], at[4], at[5]].map(f64::sin_cos);
-    let rotation = Matrix3::new(
-        cy * ct,
-        sy * sg - cy * st * cg,
-        sy * cg + cy * st * sg,
-        st,
-        ct * cg,
-        -ct * sg,
-        -sy * ct,
-        cy * sg + sy * st * cg,
-        cy * cg - sy * st * sg,
-    );
+    let rotation = gost(at[3], at[4], at[5]);
     let position = Vector3::new(at[0], 2.129_757 + at[1], at[2]);
     let (lower, upper) = (base.geometry.lower(), base.geometry.upper());
     std::array::from_fn(|jack| (position + rotation * upper[jack] - lower[jack]).norm())
