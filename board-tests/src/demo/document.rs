@@ -8,7 +8,7 @@ use hexsense_probe::analysis::held_out::{ChannelVerdict, MEAN_COVERAGE};
 use hexsense_probe::analysis::results::Measured;
 use serde::Serialize;
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::judgement::{Judged, Replay, Samples, truths};
 use super::story::Told;
 

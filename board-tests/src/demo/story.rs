@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::Arguments;
+use super::arguments::Arguments;
 use crate::process::checked;
 use crate::virtual_bench::VirtualBench;
 

@@ -121,6 +121,16 @@ fn the_virtual_board_has_no_circle() {
 }
 
 #[test]
+fn the_tests_on_the_board_have_no_circle() {
+    without_circle("board-tests/src", "board_tests");
+}
+
+#[test]
+fn the_tasks_have_no_circle() {
+    without_circle("xtask/src", "xtask");
+}
+
+#[test]
 fn crates_depend_on_each_other_as_the_architecture_says() {
     let wrong = workspace::forbidden(&workspace::metadata());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
