@@ -35,4 +35,4 @@ pub use refusal::Refusal;
 pub use status::Status;
 
 /// Version of everything on the wire but hello and greeting.
-pub const VERSION: u16 = 5;
+pub const VERSION: u16 = 6;
