@@ -1,12 +1,16 @@
 //! A recorded campaign evaluated: from the files of its folder to coefficients and characteristics, without a board.
 
+use std::fmt;
+
 use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase};
 
 use crate::analysis::assumptions::Assumptions;
+use crate::analysis::check::Check;
 use crate::analysis::results::{Analysis, analyse};
 use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::{Campaign, CampaignError};
 use crate::characteristics::Characterisation;
+use crate::checks;
 use crate::plan::Purpose;
 use crate::replay::{self, ReplayError, replay};
 
@@ -32,6 +36,9 @@ pub enum EvaluationError {
     /// The captures do not make a calibration.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// The recordings fail checks, and no numbers come out.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
     /// The board's sums are not those of the capture.
     #[error("run {run}, analyser {analyser}, {reason}")]
     Sums {
@@ -44,19 +51,43 @@ pub enum EvaluationError {
     },
 }
 
+/// A campaign that fails checks: the bench is not what its files say.
+#[derive(Debug, thiserror::Error)]
+pub struct Unfit(pub Vec<Check>);
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "the bench is not what its files say, so there are no coefficients to upload"
+        )?;
+        let open = self.0.iter().filter(|check| check.is_open());
+        open.into_iter()
+            .try_for_each(|check| write!(f, "\n  {}: {}", check.name, check.means))
+    }
+}
+
 impl Evaluation {
     /// Evaluates `campaign`.
     ///
     /// # Errors
-    /// [`EvaluationError`]: a run that is not recorded, what the analysis refuses, and sums of the board that the
-    /// captures do not give.
+    /// [`EvaluationError`]: a run that is not recorded, recordings that fail checks so far that no numbers come out, what
+    /// the analysis refuses, and sums of the board that the captures do not give.
     pub fn new(campaign: &Campaign) -> Result<Self, EvaluationError> {
         let (base, sensors) = (&campaign.geometry, &campaign.sensors);
         let runs = campaign.plan.runs_to(Purpose::Calibrate);
         let runs = runs
             .map(|run| campaign.recorded(run))
             .collect::<Result<Vec<_>, _>>()?;
-        let analysis = analyse(base, sensors, &runs)?;
+        let mut checks = checks::of_recordings(base, sensors, &runs)?;
+        let mut analysis = match analyse(base, sensors, &runs) {
+            Ok(analysis) => analysis,
+            // What the recordings fail explains more than where the estimate stopped.
+            Err(_) if checks.iter().any(Check::is_open) => return Err(Unfit(checks).into()),
+            Err(error) => return Err(error.into()),
+        };
+        checks.extend(checks::of_analysis(base, sensors, &analysis)?);
+        analysis.results.checks = checks;
         let mut sums = 0;
         for run in &runs {
             sums += check_sums(campaign, run)?;

@@ -34,6 +34,7 @@ pub mod board_pose;
 pub mod campaign;
 pub mod capture;
 pub mod characteristics;
+pub mod checks;
 pub mod cli;
 pub mod coefficient_file;
 pub mod columns;

@@ -102,6 +102,18 @@ impl<'a> Counts<'a> {
         })
     }
 
+    /// The run that they are of.
+    #[must_use]
+    pub fn run(&self) -> &'a RecordedRun {
+        self.run
+    }
+
+    /// Counts of all scans.
+    #[must_use]
+    pub fn scans(&self) -> &[[f64; CHANNELS]] {
+        &self.channels
+    }
+
     /// Scans.
     #[must_use]
     pub fn len(&self) -> usize {

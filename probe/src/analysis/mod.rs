@@ -8,6 +8,7 @@
 //! ```
 //!
 //! - [`assumptions`]: what the files say of base, jacks and site, and how far each number may be off.
+//! - [`check`]: a check of a campaign, and its verdict.
 //! - [`condense`]: a capture reduced to what the estimate needs, without any assumption.
 //! - [`onset`]: where in a capture the movement starts.
 //! - [`sines`]: how a sine run is reduced.
@@ -26,6 +27,7 @@
 pub mod assumptions;
 pub mod budgets;
 pub mod campaign;
+pub mod check;
 pub mod condense;
 pub mod estimate;
 pub mod filter;

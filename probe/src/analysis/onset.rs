@@ -1,7 +1,8 @@
 //! Where in a capture the movement starts.
 //!
 //! A motion controller shares no clock with the board. The program of the jack that moves most is slid along what that
-//! jack did; the start is where the two correlate best.
+//! jack did; the start is where the two correlate best. If that jack does not fit well, the others are tried, so that one bad
+//! jack hides no start.
 
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::excitation::Program;
@@ -10,35 +11,47 @@ use hexsense_core::kinematics::{Geometry, displacements};
 use super::AnalysisError;
 use super::condense::Counts;
 
+/// Fit of a jack that certainly followed. An inverted jack fits a sine worse, half a period late.
+const CERTAIN: f64 = 0.998;
 /// Step of the search for the start of a movement, s.
 const SEARCH_STEP_S: f64 = 0.01;
 
 impl Counts<'_> {
-    /// Start of the program in the capture, s: where the jack that moves most fits its program best.
+    /// Start of the program in the capture, s: where a jack that moves much fits its program best.
     ///
     /// # Errors
     /// [`AnalysisError::NotFound`] when no place fits.
     pub fn onset_s(&self, geometry: &Geometry<f64>) -> Result<f64, AnalysisError> {
-        let (jack, program) = most_moved(&self.run.program, geometry);
         let stride = (f64::from(self.run.rate_hz) * SEARCH_STEP_S).round() as usize;
-        let measured: Vec<f64> = self
-            .channels
-            .iter()
-            .step_by(stride)
-            .map(|scan| scan[INERTIAL + jack])
-            .collect();
-        let places = measured.len().saturating_sub(program.len());
-        let best = (0..=places)
-            .filter_map(|place| Some((place, correlation(measured.get(place..)?, &program)?)));
-        let (place, fit) = best.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-        if !is_found(fit) {
+        let (mut best, mut best_fit) = (0, 0.0);
+        for (jack, program) in most_moved(&self.run.program, geometry) {
+            let scans = self.channels.iter().step_by(stride);
+            let measured: Vec<f64> = scans.map(|scan| scan[INERTIAL + jack]).collect();
+            let (place, fit) = best_place(&measured, &program);
+            if fit > best_fit {
+                (best, best_fit) = (place, fit);
+            }
+            if best_fit >= CERTAIN {
+                break;
+            }
+        }
+        if !is_found(best_fit) {
             return Err(AnalysisError::NotFound {
                 run: self.run.name.clone(),
-                fit: fit.max(0.0) * 100.0,
+                fit: best_fit * 100.0,
             });
         }
-        Ok(place as f64 * SEARCH_STEP_S)
+        Ok(best as f64 * SEARCH_STEP_S)
     }
+}
+
+/// The place of `program` in `measured` where the two correlate best, and their correlation there.
+fn best_place(measured: &[f64], program: &[f64]) -> (usize, f64) {
+    let places = 0..=measured.len().saturating_sub(program.len());
+    places
+        .filter_map(|place| Some((place, correlation(measured.get(place..)?, program)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0, 0.0))
 }
 
 /// Whether a jack that fits its program so well followed it.
@@ -46,8 +59,12 @@ fn is_found(fit: f64) -> bool {
     fit >= 0.9
 }
 
-/// The jack that a program moves most, and its displacement every [`SEARCH_STEP_S`].
-pub(super) fn most_moved(program: &Program, geometry: &Geometry<f64>) -> (usize, Vec<f64>) {
+/// The jacks that a program moves at least half as far as the one that it moves most, this one first, and their
+/// displacements every [`SEARCH_STEP_S`].
+pub(super) fn most_moved(
+    program: &Program,
+    geometry: &Geometry<f64>,
+) -> impl Iterator<Item = (usize, Vec<f64>)> {
     let steps = (program.duration_s() / SEARCH_STEP_S).ceil() as usize;
     let rows: Vec<[f64; JACKS]> = (0..=steps)
         .map(|step| {
@@ -57,16 +74,19 @@ pub(super) fn most_moved(program: &Program, geometry: &Geometry<f64>) -> (usize,
             )
         })
         .collect();
-    let range = |jack: usize| {
+    let ranges: [f64; JACKS] = core::array::from_fn(|jack| {
         let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(low, high), row| {
             (low.min(row[jack]), high.max(row[jack]))
         });
         high - low
-    };
-    let jack = (0..JACKS)
-        .max_by(|a, b| range(*a).total_cmp(&range(*b)))
-        .unwrap_or(0);
-    (jack, rows.iter().map(|row| row[jack]).collect())
+    });
+    let mut jacks: Vec<usize> = (0..JACKS).collect();
+    jacks.sort_by(|a, b| ranges[*b].total_cmp(&ranges[*a]));
+    let least = ranges[jacks[0]] / 2.0;
+    jacks.retain(|jack| ranges[*jack] >= least);
+    jacks
+        .into_iter()
+        .map(move |jack| (jack, rows.iter().map(|row| row[jack]).collect()))
 }
 
 /// Correlation of the start of `measured` with `program`, −1 to 1; `None` when it is too short or does not move.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::assumptions::Assumptions;
 use super::budgets::Budgets;
 use super::campaign::CondensedCampaign;
+use super::check::{Check, Verdict};
 use super::estimate::{Condensed, Estimate};
 use super::lever_arm::{SecondHarmonic, second_harmonics, warnings};
 use super::settling::Settling;
@@ -79,6 +80,19 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Scans evaluated.
     pub scans: u64,
+    /// Whether the bench is what its files say; results of versions before 0.3 hold no checks.
+    #[serde(default)]
+    pub checks: Vec<Check>,
+}
+
+impl Results {
+    /// Accepts the failure of the check of this name, for a reason; a check that does not fail stays as it is.
+    pub fn accept(&mut self, check: &str, reason: &str) {
+        let of_name = |known: &&mut Check| known.name == check && known.verdict == Verdict::Fail;
+        for check in self.checks.iter_mut().filter(of_name) {
+            check.accepted = Some(reason.to_owned());
+        }
+    }
 }
 
 /// Everything that an analysis finds.
@@ -135,6 +149,7 @@ pub fn analyse(
         second_harmonics,
         warnings,
         scans: runs.iter().map(|run| run.capture.scans.len() as u64).sum(),
+        checks: Vec::new(),
     };
     let triads = Triad::ALL.map(|triad| stored(triad, &estimate, &budgets));
     Ok(Analysis {

@@ -32,7 +32,8 @@ impl Sweep {
         let start_s = onset_s + sine.estimate_start_s();
         let range = counts.stretch(start_s, start_s + sine.estimate_s)?;
         let rate = f64::from(counts.run.rate_hz);
-        let channel = INERTIAL + most_moved(&counts.run.program, geometry).0;
+        let jack = most_moved(&counts.run.program, geometry).next();
+        let channel = INERTIAL + jack.map_or(0, |(jack, _)| jack);
         let series: Vec<f64> = counts.channels[range.clone()]
             .iter()
             .map(|scan| scan[channel])

@@ -39,6 +39,14 @@ pub enum CampaignError {
         /// The command that records it.
         command: &'static str,
     },
+    /// The plan has no run of this name.
+    #[error("the plan has no run {run}; it has {runs}")]
+    NoRun {
+        /// The name.
+        run: String,
+        /// The names that there are.
+        runs: String,
+    },
     /// The plan has no run of this purpose.
     #[error("{file} plans no run to {purpose} with; add one with purpose = \"{purpose}\"")]
     NotPlanned {

@@ -109,6 +109,21 @@ impl Campaign {
         self.folder.join("verification.json")
     }
 
+    /// Makes a run of the plan count as not recorded.
+    ///
+    /// # Errors
+    /// [`CampaignError::NoRun`] and [`FileError::Write`].
+    pub fn forget_run(&self, run: &str) -> Result<(), CampaignError> {
+        if self.plan.run(run).is_none() {
+            let names = self.plan.runs.iter().map(|run| run.name.as_str());
+            return Err(CampaignError::NoRun {
+                run: run.to_owned(),
+                runs: names.collect::<Vec<_>>().join(", "),
+            });
+        }
+        Ok(remove(&self.record_path(run))?)
+    }
+
     /// Makes the campaign count as not verified and its run to verify with as not recorded.
     ///
     /// # Errors

@@ -7,10 +7,11 @@ use clap::Args;
 use super::arguments::{Controller, Date, Port, Waiting, print_gravity};
 use super::broken_off::typed;
 use super::{progress, report};
+use crate::analysis::check::Check;
 use crate::analysis::results::Results;
 use crate::campaign::{Begun, Campaign, Given};
 use crate::coefficient_file;
-use crate::evaluation::base_and_jacks;
+use crate::evaluation::{Evaluation, EvaluationError, Unfit, base_and_jacks};
 use crate::interrupt::Interrupt;
 use crate::plan::{Purpose, Run};
 use crate::record::board::{board_record, ready};
@@ -29,6 +30,11 @@ use crate::record::sequence::SequenceJob;
 /// frequency in lines_hz of the sensor file (default: mains of 50 Hz), with its multiples up to the fifth, off these
 /// places. Name every other known disturbance there: servos, structure, fans. A disturbance that is not named is not
 /// avoided. The coefficients do not depend on it, because they come from the recorded scans.
+///
+/// Then it checks whether the bench is what the files say: each jack against its program, the base at home, each sensor
+/// against its data sheet. results.json and the report hold every check with its figure and its limit. When a check
+/// fails, hexsense says which jack or sensor is at fault, writes no coefficients.toml, and ends with status 3. Mend the
+/// bench and record the runs again with --repeat, or accept the check with --accept when you know better.
 ///
 /// A campaign that was begun goes on at its first run that is not complete: with the same command, or with --resume,
 /// which takes base, sensors, plan, rate and date from the folder. An argument that is given again must agree with the
@@ -55,6 +61,13 @@ pub struct Calibrate {
     /// Scans in a second: 1000, 2000 or 4000 [default: 1000, or as the campaign was begun]
     #[arg(long, value_name = "HZ")]
     rate: Option<u32>,
+    /// Record this run again, although it is complete. May be given several times
+    #[arg(long, value_name = "RUN")]
+    repeat: Vec<String>,
+    /// Accept the failure of a check, with the reason; both stand in results.json and in the report. May be given several
+    /// times
+    #[arg(long, value_name = "CHECK=REASON", value_parser = accepted)]
+    accept: Vec<Accepted>,
     #[command(flatten)]
     controller: Controller,
     #[command(flatten)]
@@ -82,10 +95,14 @@ impl Calibrate {
                 coefficients.display()
             );
         }
+        for run in &self.repeat {
+            campaign.forget_run(run)?;
+        }
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
         eprintln!("analysing");
-        let evaluation = report::evaluate(&campaign)?;
+        let mut evaluation = report::evaluate(&campaign)?;
+        self.judge(&campaign, &mut evaluation)?;
         let unix_s = begun.date_unix_s;
         let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
         let set = evaluation.coefficient_set(&campaign, board, unix_s)?;
@@ -107,6 +124,25 @@ impl Calibrate {
             "next: hexsense upload --port {port} {}",
             campaign.folder.display()
         );
+        Ok(())
+    }
+
+    /// Prints the checks, and refuses a campaign that fails one which nobody accepts.
+    fn judge(&self, campaign: &Campaign, evaluation: &mut Evaluation) -> anyhow::Result<()> {
+        let results = &mut evaluation.analysis.results;
+        for Accepted { check, reason } in &self.accept {
+            if !results.checks.iter().any(|known| known.name == *check) {
+                let names = results.checks.iter().map(|known| known.name.as_str());
+                let names = names.collect::<Vec<_>>().join(", ");
+                anyhow::bail!("--accept: there is no check {check}; there are {names}");
+            }
+            results.accept(check, reason);
+        }
+        eprint!("{}", checks(&results.checks));
+        if results.checks.iter().any(Check::is_open) {
+            campaign.note_results(results)?;
+            return Err(EvaluationError::from(Unfit(results.checks.clone())).into());
+        }
         Ok(())
     }
 
@@ -163,6 +199,41 @@ impl Calibrate {
         progress::record(&job, &mut client, motion.as_mut(), &again)?;
         Ok((identity.board, has_key))
     }
+}
+
+/// A check whose failure is accepted.
+#[derive(Debug, Clone)]
+struct Accepted {
+    check: String,
+    reason: String,
+}
+
+fn accepted(text: &str) -> Result<Accepted, String> {
+    match text.split_once('=') {
+        Some((check, reason)) if !reason.trim().is_empty() => Ok(Accepted {
+            check: check.trim().to_owned(),
+            reason: reason.trim().to_owned(),
+        }),
+        _ => Err("give CHECK=REASON, for example \"jack gain=scale of the controller\"".to_owned()),
+    }
+}
+
+/// One line for each check: its name, how it came out, its figure and its limit.
+fn checks(checks: &[Check]) -> String {
+    let line = |check: &Check| {
+        let figure =
+            |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2e}"));
+        format!(
+            "{:<20} {:<15} {:>9} of {:>9} {}, {}\n",
+            check.name,
+            check.verdict.name(),
+            figure(check.statistic),
+            figure(check.limit),
+            check.unit,
+            check.names.join(" ")
+        )
+    };
+    checks.iter().map(line).collect()
 }
 
 /// The nine channels as a table.

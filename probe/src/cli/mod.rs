@@ -2,7 +2,7 @@
 //!
 //! Each file holds arguments, calls into the library, and what is printed; the work is done in the library's rooms. Results
 //! go to standard output, progress to standard error. A command that fails prints one message, which says what to do, and
-//! ends with a status that is not zero: 130 after a request to stop.
+//! ends with a status that is not zero: 3 when a campaign fails its checks, 130 after a request to stop.
 
 mod arguments;
 mod broken_off;
@@ -33,7 +33,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::evaluation::EvaluationError;
 use crate::interrupt;
+
+/// Exit status when a campaign fails its checks.
+const UNFIT: u8 = 3;
 
 /// Calibrates the inertial sensors of a flight simulator where they stand: its motion base is driven along known
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
@@ -102,6 +106,8 @@ pub fn run() -> ExitCode {
             let _ = writeln!(io::stderr(), "hexsense: {error}");
             if interrupt::is_behind(error.as_ref()) {
                 interrupt::STATUS.into()
+            } else if let Some(EvaluationError::Unfit(_)) = error.downcast_ref() {
+                UNFIT.into()
             } else {
                 ExitCode::FAILURE
             }

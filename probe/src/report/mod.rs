@@ -7,6 +7,7 @@
 //! |---|---|
 //! | offsets, sensitivities, matrices, delays | [`channels`] |
 //! | head, conditions, runs | [`conditions`], [`crate::base_figure`] |
+//! | whether the bench was what its files say | [`checks`] |
 //! | the verdict and the held-out movement | [`held_out`] |
 //! | where the uncertainty comes from | [`budgets`] |
 //! | jack displacement, calculated and registered | [`jacks`] |
@@ -22,6 +23,7 @@ pub mod board_gain;
 pub mod board_sums;
 pub mod budgets;
 pub mod channels;
+pub mod checks;
 pub mod conditions;
 pub mod held_out;
 pub mod holds;
@@ -45,6 +47,7 @@ pub fn render(input: &ReportInput) -> Result<String, AnalysisError> {
     let mut page = Page::default();
     channels::results(&mut page, input);
     conditions::section(&mut page, input)?;
+    checks::section(&mut page, input);
     held_out::section(&mut page, input)?;
     channels::matrices(&mut page, input);
     budgets::section(&mut page, input);

@@ -8,7 +8,7 @@ use hexsense_probe::plan::Plan;
 
 use super::FakeBoard;
 use super::line::lockstep;
-use super::source::{self, Pins};
+use super::source::{self, Pins, Source};
 
 pub const GEOMETRY: &str = "an-74tk-200";
 pub const SEED: u64 = 7;
@@ -23,6 +23,18 @@ pub struct Bench {
 impl Bench {
     /// A bench whose board is changed before it starts.
     pub fn new(change: impl FnOnce(&mut FakeBoard)) -> Self {
+        Self::made(|pins| Box::new(pins), change)
+    }
+
+    /// A bench whose board measures what `source` makes of the twin's pins.
+    pub fn measuring(source: impl FnOnce(Pins) -> Box<dyn Source>) -> Self {
+        Self::made(source, |_| {})
+    }
+
+    fn made(
+        source: impl FnOnce(Pins) -> Box<dyn Source>,
+        change: impl FnOnce(&mut FakeBoard),
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(
             folder.path().join("sensors.toml"),
@@ -31,7 +43,7 @@ impl Bench {
         .unwrap();
         super::key::save(folder.path());
         let (pins, control) = source::twin(SEED, GEOMETRY);
-        let mut board = FakeBoard::new(Box::new(Pins::connect(&pins)));
+        let mut board = FakeBoard::new(source(Pins::connect(&pins)));
         change(&mut board);
         Self {
             folder,

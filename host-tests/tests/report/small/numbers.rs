@@ -128,6 +128,7 @@ pub fn results() -> Results {
         ],
         warnings: vec!["roll sine, ay: something does not fit".to_owned()],
         scans: 81_818,
+        checks: Vec::new(),
     }
 }
 

@@ -95,6 +95,7 @@ fn results() -> Results {
         second_harmonics: Vec::new(),
         warnings: Vec::new(),
         scans: 0,
+        checks: Vec::new(),
     }
 }
 

@@ -44,6 +44,7 @@ fn offset_gain_and_sensitivity_stand_with_their_uncertainty_and_unit_in_the_orde
         second_harmonics: Vec::new(),
         warnings: Vec::new(),
         scans: 99,
+        checks: Vec::new(),
     };
     let expected = "
 channel  offset u0, counts       k, unit per count                    S, counts per unit
