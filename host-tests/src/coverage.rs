@@ -2,12 +2,16 @@
 //!
 //! Each campaign has a twin of its own seed, on the motion bases in turn. For each coefficient the program counts the
 //! share of campaigns with the truth inside the stated 95 % interval; by chance alone that share scatters by
-//! √(0.95·0.05/n), 0.7 % for a thousand campaigns.
+//! √(0.95·0.05/n), 0.7 % for a thousand campaigns. It also counts the campaigns that the checks of the bench refuse,
+//! although nothing is wrong with them.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use hexsense_probe::analysis::check::Check;
 use hexsense_probe::analysis::results::{Analysis, Measured, Results, analyse};
 use hexsense_probe::analysis::{AnalysisError, RecordedRun};
+use hexsense_probe::checks;
 use hexsense_probe::geometry_file::{GeometryFile, preset_names};
 use hexsense_probe::plan::Purpose;
 use hexsense_probe::plan::campaign::plan;
@@ -37,6 +41,10 @@ pub struct Coefficient {
 pub struct Coverage {
     /// Campaigns simulated.
     pub campaigns: u64,
+    /// Campaigns that fail a check although their bench is as its files say.
+    pub refused: u64,
+    /// The checks that they fail.
+    pub failed_checks: BTreeSet<String>,
     /// Offset and row of the matrix of each channel, then the delay of each triad: 39.
     pub coefficients: Vec<Coefficient>,
 }
@@ -167,7 +175,7 @@ pub fn coverage(campaigns: u64, first_seed: u64, done: impl Fn() + Sync) -> Cove
                 return outcomes;
             }
             let site = &sites[index as usize % sites.len()];
-            outcomes.push((index, outcomes_of(first_seed + index, site)));
+            outcomes.push((index, outcome_of(first_seed + index, site)));
             done();
         }
     };
@@ -180,26 +188,46 @@ pub fn coverage(campaigns: u64, first_seed: u64, done: impl Fn() + Sync) -> Cove
         results.flatten().collect::<Vec<_>>()
     });
     all.sort_by_key(|(index, _)| *index);
+    let failed = |(_, outcome): &&(u64, Outcome)| !outcome.failed_checks.is_empty();
+    let failed: Vec<_> = all.iter().filter(failed).collect();
     Coverage {
         campaigns,
+        refused: failed.len() as u64,
+        failed_checks: failed
+            .iter()
+            .flat_map(|(_, outcome)| outcome.failed_checks.iter().cloned())
+            .collect(),
         coefficients: summarise(&all),
     }
 }
 
-/// All coefficients of the campaign of a seed.
-fn outcomes_of(seed: u64, site: &Site) -> Vec<Judged> {
-    let analysis = site
-        .campaign(seed, &twin::papers::sensor_file(seed))
-        .expect("a campaign that comes out");
-    site.judged(seed, &analysis.results)
+/// What the campaign of a seed comes to.
+struct Outcome {
+    coefficients: Vec<Judged>,
+    failed_checks: Vec<String>,
 }
 
-fn summarise(all: &[(u64, Vec<Judged>)]) -> Vec<Coefficient> {
+fn outcome_of(seed: u64, site: &Site) -> Outcome {
+    let runs = site.record(seed);
+    let papers = twin::papers::sensor_file(seed);
+    let sensors = SensorFile::parse("papers", &papers).expect("usable papers");
+    let base = &site.base;
+    let mut checks = checks::of_recordings(base, &sensors, &runs).expect("whole runs");
+    let analysis = analyse(base, &sensors, &runs).expect("a campaign that comes out");
+    checks.extend(checks::of_analysis(base, &sensors, &analysis).expect("poses"));
+    checks.retain(Check::is_open);
+    Outcome {
+        coefficients: site.judged(seed, &analysis.results),
+        failed_checks: checks.into_iter().map(|check| check.name).collect(),
+    }
+}
+
+fn summarise(all: &[(u64, Outcome)]) -> Vec<Coefficient> {
     let Some((_, first)) = all.first() else {
         return Vec::new();
     };
     let summary = |(index, judged): (usize, &Judged)| {
-        let column = all.iter().map(|(_, outcomes)| &outcomes[index]);
+        let column = all.iter().map(|(_, outcome)| &outcome.coefficients[index]);
         let inside = column.clone().filter(|outcome| outcome.is_inside()).count();
         let over_u = |outcome: &Judged| outcome.error() / outcome.measured.expanded_uncertainty;
         let mut ratios: Vec<f64> = column.map(over_u).collect();
@@ -211,5 +239,5 @@ fn summarise(all: &[(u64, Vec<Judged>)]) -> Vec<Coefficient> {
             worst_error_over_u: ratios.last().copied().unwrap_or(0.0),
         }
     };
-    first.iter().enumerate().map(summary).collect()
+    first.coefficients.iter().enumerate().map(summary).collect()
 }

@@ -24,6 +24,7 @@ const KINDS: [(&[&str], u64); 4] = [
 fn the_truth_of_every_coefficient_lies_inside_its_interval_as_often_as_it_should() {
     let figures = coverage(CAMPAIGNS, 1, || ());
     assert_eq!(figures.coefficients.len(), 9 * 4 + 3);
+    assert_eq!(figures.refused, 0, "{:?}", figures.failed_checks);
     for coefficient in &figures.coefficients {
         assert!(coefficient.coverage >= 0.7, "{coefficient:?}");
     }

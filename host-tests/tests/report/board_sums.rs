@@ -20,7 +20,7 @@ fn rows(table: usize) -> Vec<Vec<String>> {
 
 #[test]
 fn board_and_host_stand_side_by_side_in_counts_at_nominal_supply() {
-    let table = captioned(&parsed(&SMALL_PAGE), 7);
+    let table = captioned(&parsed(&SMALL_PAGE), 8);
     assert!(
         table
             .caption
@@ -45,7 +45,7 @@ fn board_and_host_stand_side_by_side_in_counts_at_nominal_supply() {
         ("roll-sine", "ex", 520.0, None, "500.00 | 0.34"),
         ("roll-sine", "wx", 1290.0, None, "1300.0 | 5.6"),
     ];
-    let rows = rows(7);
+    let rows = rows(8);
     assert_eq!(rows.len(), expected.len());
     for (row, (run, channel, board, uncertainty, host)) in rows.iter().zip(expected) {
         assert_eq!((row[0].as_str(), row[1].as_str()), (run, channel));
@@ -64,7 +64,7 @@ fn board_and_host_stand_side_by_side_in_counts_at_nominal_supply() {
 
 #[test]
 fn factors_are_the_movement_by_the_jacks_over_the_sensors_counts() {
-    let table = captioned(&parsed(&SMALL_PAGE), 8);
+    let table = captioned(&parsed(&SMALL_PAGE), 9);
     assert_eq!(
         table.head,
         "Run | Channel | Jacks [unit] | Sensor [counts] | Jacks / sensor [unit per count] | Fitted [unit per count] | \
@@ -100,7 +100,7 @@ fn factors_are_the_movement_by_the_jacks_over_the_sensors_counts() {
             "rad/s",
         ),
     ];
-    let rows = rows(8);
+    let rows = rows(9);
     assert_eq!(rows.len(), expected.len());
     for (row, (run, channel, truth, counts, fitted, gain, unit)) in rows.iter().zip(expected) {
         assert_eq!((row[0].as_str(), row[1].as_str()), (run, channel));
@@ -119,7 +119,7 @@ fn factors_are_the_movement_by_the_jacks_over_the_sensors_counts() {
 
 #[test]
 fn a_replay_is_identical_different_or_not_in_the_capture() {
-    let table = captioned(&parsed(&SMALL_PAGE), 9);
+    let table = captioned(&parsed(&SMALL_PAGE), 10);
     assert_eq!(
         table.head,
         "Run | Drive [Hz] | Block [scans] | Blocks | First scan | Replay"

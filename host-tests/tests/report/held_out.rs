@@ -10,10 +10,10 @@ use crate::small::{SMALL_PAGE, evidence, numbers};
 
 #[test]
 fn before_after_share_mean_and_verdict_of_every_channel_stand_in_their_columns() {
-    let table = captioned(&parsed(&SMALL_PAGE), 3);
+    let table = captioned(&parsed(&SMALL_PAGE), 4);
     assert_eq!(
         table.caption,
-        "Table 3. Verdicts. ± is the expanded uncertainty of the mean error, coverage factor 3 because nine channels \
+        "Table 4. Verdicts. ± is the expanded uncertainty of the mean error, coverage factor 3 because nine channels \
          are judged at once."
     );
     assert_eq!(

@@ -6,6 +6,7 @@ mod board_sums;
 mod budgets;
 mod captions;
 mod channels;
+mod checks;
 mod conditions;
 mod curves;
 mod evidence;

@@ -5,10 +5,10 @@ use crate::small::SMALL_PAGE;
 
 #[test]
 fn ratio_decibel_phase_and_distortion_stand_in_their_columns_with_sign_and_unit() {
-    let table = captioned(&parsed(&SMALL_PAGE), 10);
+    let table = captioned(&parsed(&SMALL_PAGE), 11);
     assert_eq!(
         table.caption,
-        "Table 10. From command to pose: amplitudes of the first harmonic, their ratio and phase, and the total \
+        "Table 11. From command to pose: amplitudes of the first harmonic, their ratio and phase, and the total \
          harmonic distortion of the pose (harmonics 2 to 5). A negative phase is a lag."
     );
     assert_eq!(

@@ -1,5 +1,6 @@
 //! The results of the small campaign: round numbers, no two alike.
 
+use hexsense_probe::analysis::check::{Check, Verdict};
 use hexsense_probe::analysis::held_out::ChannelVerdict;
 use hexsense_probe::analysis::lever_arm::SecondHarmonic;
 use hexsense_probe::analysis::results::{ChannelResult, Measured, Results, Term};
@@ -98,6 +99,41 @@ fn channel(index: usize) -> ChannelResult {
     }
 }
 
+fn checks() -> Vec<Check> {
+    let check =
+        |name: &str, verdict, numbers: Option<[f64; 2]>, unit: &str, names: &[&str]| Check {
+            name: name.to_owned(),
+            verdict,
+            statistic: numbers.map(|[statistic, _]| statistic),
+            limit: numbers.map(|[_, limit]| limit),
+            unit: unit.to_owned(),
+            names: names.iter().map(|name| (*name).to_owned()).collect(),
+            means: format!("meaning of {name} & more"),
+            accepted: None,
+        };
+    let (passes, fails) = (Verdict::Pass, Verdict::Fail);
+    vec![
+        check(
+            "jack gain",
+            passes,
+            Some([1.234e-3, 0.01]),
+            "relative",
+            &["jack4"],
+        ),
+        Check {
+            accepted: Some("a fan <nearby>".to_owned()),
+            ..check(
+                "sensor noise",
+                fails,
+                Some([4.56, 3.0]),
+                "of the data sheet",
+                &["wy", "ax"],
+            )
+        },
+        check("home", Verdict::NotObservable, None, "m", &[]),
+    ]
+}
+
 pub fn results() -> Results {
     let harmonic = |freedom: &str, channel: &str, numbers: [f64; 5]| SecondHarmonic {
         freedom: freedom.to_owned(),
@@ -128,7 +164,7 @@ pub fn results() -> Results {
         ],
         warnings: vec!["roll sine, ay: something does not fit".to_owned()],
         scans: 81_818,
-        checks: Vec::new(),
+        checks: checks(),
     }
 }
 
