@@ -148,11 +148,15 @@ fn check_poses(
     let (capture, record) = (campaign.capture(&run.name)?, campaign.record(&run.name)?);
     let difference = board_pose::compare(&capture, (record.rate_hz, record.block), poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
-    println!(
+    println!("{}", poses_line(&difference));
+    Ok(difference)
+}
+
+fn poses_line(difference: &Difference) -> String {
+    format!(
         "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {MAX_DIFFERENCE:.0e}",
         difference.poses, difference.largest_m, difference.scan, difference.largest_rad
-    );
-    Ok(difference)
+    )
 }
 
 /// Compares the recorded run with what the jacks say, and reports.

@@ -1,4 +1,4 @@
-//! The table that `hexsense verify` prints.
+//! What `hexsense verify` prints of channels and poses.
 
 use super::*;
 
@@ -38,4 +38,18 @@ wz          0.07000           0.00891    0.00140     2.00 %      0.00062 ± 0.00
 
 ";
     assert_eq!(table(&verdicts), expected);
+}
+
+#[test]
+fn the_poses_their_largest_distance_with_its_scan_their_largest_angle_and_the_limit_of_both() {
+    let difference = Difference {
+        poses: 1_204,
+        largest_m: 1.234e-7,
+        largest_rad: 4.56e-8,
+        scan: 98_765,
+    };
+    assert_eq!(
+        poses_line(&difference),
+        "1204 poses of the board: at most 1.23e-7 m (scan 98765) and 4.56e-8 rad off double precision, limit 5e-7"
+    );
 }
