@@ -67,11 +67,13 @@ pub fn same_again() -> String {
     words.join(" ")
 }
 
+/// An argument that a shell takes as it is: in quotes, unless no character of it means anything to a shell.
 fn quoted(argument: &str) -> String {
-    if argument.contains(|c: char| c.is_whitespace() || c == '\'' || c == '"') {
-        format!("'{}'", argument.replace('\'', r"'\''"))
-    } else {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-+=:,./@%".contains(c);
+    if !argument.is_empty() && argument.chars().all(is_plain) {
         argument.to_owned()
+    } else {
+        format!("'{}'", argument.replace('\'', r"'\''"))
     }
 }
 
@@ -84,6 +86,16 @@ mod tests {
     use crate::geometry_file::GeometryFile;
     use crate::plan::campaign;
     use crate::sensor_file::SensorFile;
+
+    #[test]
+    fn what_a_shell_would_change_stands_in_quotes() {
+        let plain = "--out=/tmp/spring_2-a.1:x";
+        assert_eq!(quoted(plain), plain);
+        for word in ["a b", "a\tb", "a\"b", "a&b", "a$b", "a;b", "a*b", "~", ""] {
+            assert_eq!(quoted(word), format!("'{word}'"));
+        }
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+    }
 
     #[test]
     fn a_verification_that_breaks_off_says_that_the_calibration_is_complete() {

@@ -157,6 +157,17 @@ mod tests {
     }
 
     #[test]
+    fn six_percent_are_left_on_either_side_and_a_constant_gets_a_tenth_of_its_size() {
+        let ends = |values: &[f64]| {
+            let scale = Scale::around(values.iter().copied());
+            [scale.from, scale.to].map(|end| (end * 1e6).round() / 1e6)
+        };
+        assert_eq!(ends(&[10.0, -40.0, 3.0]), [-43.0, 13.0]);
+        assert_eq!(ends(&[50.0, 50.0]), [45.0, 55.0]);
+        assert_eq!(ends(&[f64::NAN, 2.0, 4.0]), [1.88, 4.12]);
+    }
+
+    #[test]
     fn a_symmetric_scale_has_three_ticks() {
         for size in 1..300 {
             let scale = Scale::symmetric([f64::from(size) * 0.037]);
