@@ -60,7 +60,7 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
 const IRQ: usize = 16;
 
 fn targets(names: &[String], firmware: &Firmware) -> Result<Counting, String> {
-    let mut counting = Counting::default();
+    let mut counting = Counting::new(firmware.all_functions());
     for name in names {
         if let Some(number) = name.strip_prefix("irq:") {
             let number: usize = number
