@@ -40,7 +40,7 @@ pub struct Progress {
     pub lost: u64,
     /// Scan counter of the first that was lost.
     pub first_lost: Option<u64>,
-    /// Blocks that the link had no room for.
+    /// Blocks that the link had no room for; stops at its largest value.
     pub dropped: u32,
 }
 
@@ -239,7 +239,8 @@ impl Path {
     #[inline(always)]
     pub fn finish(&mut self, cycles: impl FnOnce() -> u32) {
         let kept = self.queue.close(self.progress.next_scan, self.wanted);
-        self.progress.dropped += u32::from(self.wanted & !kept);
+        let dropped = u32::from(self.wanted & !kept);
+        self.progress.dropped = self.progress.dropped.saturating_add(dropped);
         self.progress.next_scan += self.progress.block.scans() as u64;
         let last = cycles();
         self.cycles = PathCycles {

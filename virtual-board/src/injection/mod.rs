@@ -9,6 +9,8 @@ pub mod timeline;
 
 use serde::{Deserialize, Deserializer, de};
 
+use crate::firmware::variables::Place;
+
 /// Progress of a flash operation at the moment of its fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -22,7 +24,7 @@ pub enum Progress {
 }
 
 /// What goes wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "fault", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fault {
     /// The power goes, and this process ends.
@@ -87,6 +89,18 @@ pub enum Fault {
         effect: Effect,
         /// Number of characters.
         characters: u32,
+    },
+    /// A variable of the firmware gets this value, as it would in years.
+    Preset {
+        /// Path of the static.
+        variable: String,
+        /// Path of its member through the types.
+        member: String,
+        /// The value, at most eight bytes.
+        value: u64,
+        /// Where it lies, once the firmware is known.
+        #[serde(skip)]
+        place: Option<Place>,
     },
 }
 

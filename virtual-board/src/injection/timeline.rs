@@ -16,6 +16,7 @@ use serde_json::{Map, Value};
 use thiserror::Error;
 
 use super::{Fault, Progress};
+use crate::firmware::variables::Place;
 
 /// Why a file is not a timeline.
 #[derive(Debug, Error)]
@@ -77,6 +78,37 @@ impl Timeline {
         let by_operation = timeline.by_operation.make_contiguous();
         by_operation.sort_by_key(|(when, _)| *when);
         Ok(timeline)
+    }
+
+    /// Finds the variables that faults name, with `find`.
+    ///
+    /// # Errors
+    /// What `find` says of a variable that there is not.
+    pub fn locate(
+        &mut self,
+        find: impl Fn(&str, &str) -> Result<Place, String>,
+    ) -> Result<(), String> {
+        let timed = self.timed.iter_mut().map(|(_, fault)| fault);
+        let faults = timed.chain(self.by_operation.iter_mut().map(|(_, fault)| fault));
+        for fault in faults {
+            if let Fault::Preset {
+                variable,
+                member,
+                place,
+                ..
+            } = fault
+            {
+                let found = find(variable, member)?;
+                if !matches!(found.size, 1..=8) {
+                    return Err(format!(
+                        "{variable} {member} has {} bytes, but must have 1 to 8",
+                        found.size
+                    ));
+                }
+                *place = Some(found);
+            }
+        }
+        Ok(())
     }
 
     fn add(&mut self, line: &str) -> Result<(), String> {
@@ -167,6 +199,31 @@ mod tests {
         assert_eq!(timeline.take_by_operation(), Some(Fault::PinReset));
         assert_eq!(timeline.next_operation(), Some((3, Progress::Done)));
         assert_eq!(timeline.take_by_operation(), Some(Fault::PowerCut));
+    }
+
+    #[test]
+    fn a_variable_gets_its_place_and_one_that_is_not_there_is_told() {
+        let line =
+            "{\"at_s\":0,\"fault\":\"preset\",\"variable\":\"A\",\"member\":\"b.c\",\"value\":5}";
+        let mut timeline = Timeline::parse(line).unwrap();
+        let missing = |variable: &str, member: &str| Err(format!("no {variable} {member}"));
+        assert_eq!(timeline.locate(missing), Err("no A b.c".to_owned()));
+        let large = |_: &str, _: &str| {
+            Ok(Place {
+                address: 0x2000_0000,
+                size: 9,
+            })
+        };
+        assert!(timeline.locate(large).unwrap_err().contains("9 bytes"));
+        let at = Place {
+            address: 0x2000_0000,
+            size: 8,
+        };
+        timeline.locate(|_, _| Ok(at)).unwrap();
+        let placed = timeline.take_timed().unwrap();
+        assert!(
+            matches!(placed, Fault::Preset { value: 5, place: Some(place), .. } if place == at)
+        );
     }
 
     #[test]

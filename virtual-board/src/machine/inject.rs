@@ -6,6 +6,7 @@ use super::context::Sleep;
 use super::core::Machine;
 use super::stop::Stop;
 use super::stub::LOOP_AT;
+use crate::firmware::variables::Place;
 use crate::injection::Fault;
 use crate::injection::timeline::Timeline;
 use crate::memory::FLASH_BASE;
@@ -96,6 +97,13 @@ impl Machine {
                 effect,
                 characters,
             } => self.bus_mut().lpuart.disturb(towards, effect, characters),
+            Fault::Preset { place, value, .. } => {
+                if let Some(Place { address, size }) = place {
+                    let bytes = &value.to_le_bytes()[..size as usize];
+                    // The symbol of a static lies in RAM, which is there.
+                    let _ = self.uc.mem_write(u64::from(address), bytes);
+                }
+            }
         }
         Ok(())
     }
