@@ -172,11 +172,12 @@ impl Path {
         taken
     }
 
-    /// Notes the time of what has happened since the last call. The sample interrupt does not do this, because it takes
-    /// the same time for every block.
+    /// Notes the time of what has happened since the last call, and keeps the count of dropped blocks from wrapping. The
+    /// sample interrupt does not do this, because it takes the same time for every block.
     pub fn note_times(&mut self, uptime_ms: u64) {
-        let count = self.progress.dropped;
-        if count != self.dropped.count {
+        if self.progress.dropped != self.dropped.count {
+            let count = self.progress.dropped.max(self.dropped.count);
+            self.progress.dropped = count;
             self.dropped = EventCount {
                 count,
                 last_ms: uptime_ms,
@@ -240,7 +241,7 @@ impl Path {
     pub fn finish(&mut self, cycles: impl FnOnce() -> u32) {
         let kept = self.queue.close(self.progress.next_scan, self.wanted);
         let dropped = u32::from(self.wanted & !kept);
-        self.progress.dropped = self.progress.dropped.saturating_add(dropped);
+        self.progress.dropped = self.progress.dropped.wrapping_add(dropped);
         self.progress.next_scan += self.progress.block.scans() as u64;
         let last = cycles();
         self.cycles = PathCycles {
