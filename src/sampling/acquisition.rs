@@ -13,6 +13,19 @@
 //! A converter whose result was not fetched in time (*overrun*) stops without a sign, and a half that is read too late
 //! is overwritten. Both are found and are a [`Fault`]; the caller then builds the converters anew, which is the only
 //! way to put both rings back in step.
+//!
+//! If DMA loses a result or takes one twice, every count from then on has the place of its neighbour. So each block must
+//! end where a scan ends. When the interrupt finds DMA at the end of a half, the trigger timer must be between the end of a
+//! scan and that of the first rank of the next one, and the ring of the jacks must end there too:
+//!
+//! ```text
+//! TIM6        │ trigger                                  end of scan │         │ trigger
+//! ADC1        │ 1 │ 2 │ 3 │ 4 │ 5 │ 6 │ 7 │ 8 │ 9 │                            │ 1 │ 2 │ …
+//! interrupt                                       ▲ in step: from here … to here ▲   ▲ a result was lost
+//!                                             ▲ a result was taken twice
+//! ```
+//!
+//! An interrupt that comes so late that DMA has gone on says nothing about that; the next one does.
 
 use core::cell::UnsafeCell;
 use core::ptr;
@@ -30,7 +43,7 @@ use hexsense_core::sampling::BlockSize;
 
 use crate::chip::pins::{self, INERTIAL_DMA, JACK_DMA};
 use crate::chip::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
-use crate::chip::trigger::Trigger;
+use crate::chip::trigger::{Trigger, is_amid_scan};
 
 bind_interrupts!(
     /// The interrupts of the converters' DMA but the first, which is the sample interrupt.
@@ -55,6 +68,8 @@ pub enum Fault {
     Late,
     /// No block in three times the time that one takes, and no overrun.
     Stuck,
+    /// A result was lost or taken twice, and the scans of the rings do not begin with their first rank.
+    Slipped,
 }
 
 /// Memory that DMA writes, in scans of `N` counts.
@@ -130,15 +145,18 @@ impl Filled {
         let half = usize::from(second);
         let scans = block.scans();
         // What is left of the round: in the second half of the ring when the first is complete.
-        let elsewhere = |channel: usize, counts: usize| {
-            let left = usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
-            (left > counts) == second
-        };
-        let in_step =
-            elsewhere(INERTIAL_DMA, scans * INERTIAL) & elsewhere(JACK_DMA, scans * JACKS);
+        let left = |channel: usize| usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
+        let amid_scan = is_amid_scan();
+        let (inertial, jacks) = (left(INERTIAL_DMA), left(JACK_DMA));
+        let elsewhere =
+            ((inertial > scans * INERTIAL) == second) & ((jacks > scans * JACKS) == second);
+        let at_end = inertial == scans * INERTIAL << half;
+        let slipped = at_end & (amid_scan | (jacks != scans * JACKS << half));
         Some(if overrun() {
             Err(Fault::Overrun)
-        } else if (first & second) | !in_step {
+        } else if slipped {
+            Err(Fault::Slipped)
+        } else if (first & second) | !elsewhere {
             Err(Fault::Late)
         } else {
             compiler_fence(Ordering::SeqCst);

@@ -481,5 +481,6 @@ fn events() -> Events {
         receiver_errors: tally(11),
         flash_corrections: tally(12),
         torn_words: tally(13),
+        slips: tally(14),
     }
 }

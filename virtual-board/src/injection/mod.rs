@@ -71,6 +71,13 @@ pub enum Fault {
         /// Duration, µs.
         duration_us: u64,
     },
+    /// DMA loses the next result of a converter, or takes it twice: it slips by one rank.
+    DmaSlip {
+        /// Number of the converter, 1 to 5.
+        adc: u8,
+        /// What happens to the result.
+        result: Slip,
+    },
     /// No operation of the flash memory, under way or new, ends within a duration; a reset ends that.
     FlashStall {
         /// Duration, µs.
@@ -114,6 +121,16 @@ pub enum Served {
     Receiver,
     /// The transmitter of the serial port.
     Transmitter,
+}
+
+/// A mistake of DMA.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Slip {
+    /// The result is fetched and goes nowhere.
+    Lost,
+    /// It goes to two places, one after the other.
+    Twice,
 }
 
 /// Direction of the serial line.

@@ -170,6 +170,9 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::BitError { bits, .. } if !matches!(bits, 1 | 2) => {
             Err(format!("bits is {bits}, but must be 1 or 2"))
         }
+        Fault::DmaSlip { adc, .. } if !(1..=5).contains(adc) => {
+            Err(format!("adc is {adc}, but must be 1 to 5"))
+        }
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(
             format!("address is {address:#010x}, but flash is 0x08000000 to 0x0807ffff"),
         ),
@@ -252,6 +255,10 @@ mod tests {
             (
                 "{\"at_s\":1,\"fault\":\"bit_error\",\"address\":\"0x08040000\",\"bits\":3}",
                 "1 or 2",
+            ),
+            (
+                "{\"at_s\":1,\"fault\":\"dma_slip\",\"adc\":6,\"result\":\"lost\"}",
+                "1 to 5",
             ),
             (
                 "{\"at_s\":1,\"fault\":\"bit_error\",\"address\":\"0x20000000\",\"bits\":1}",

@@ -90,6 +90,7 @@ impl Machine {
                     .map_err(Stop::FlashFile)?;
             }
             Fault::DmaStall { of, duration_us } => self.bus_mut().stall_dma(of, duration_us),
+            Fault::DmaSlip { adc, result } => self.bus_mut().slip_dma(adc, result),
             Fault::FlashStall { duration_us } => self.bus_mut().stall_flash(duration_us),
             Fault::TriggerStall { duration_us } => self.bus_mut().stall_triggers(duration_us),
             Fault::Line {
