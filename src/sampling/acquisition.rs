@@ -41,6 +41,7 @@ use embassy_stm32::{bind_interrupts, dma, interrupt};
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::sampling::BlockSize;
 
+use super::self_calibration::{self, Converter};
 use crate::chip::pins::{self, INERTIAL_DMA, JACK_DMA};
 use crate::chip::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
 use crate::chip::trigger::{Trigger, is_amid_scan};
@@ -186,7 +187,7 @@ pub struct Run<'d> {
 }
 
 impl<'d> Run<'d> {
-    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of those in
+    /// Builds the converters for blocks of this size, and the trigger for `rate_hz`, one of those in
     /// [`hexsense::FACTS`].
     ///
     /// The first conversion of a converter after a pause of 1 ms may be wrong (ES0430), so each makes one here that is
@@ -195,6 +196,8 @@ impl<'d> Run<'d> {
         let trigger = Trigger::new(parts.timer.reborrow(), rate_hz);
         let mut inertial_adc = Adc::new(parts.inertial_adc.reborrow(), converter());
         let mut jack_adc = Adc::new(parts.jack_adc.reborrow(), converter());
+        self_calibration::settle(Converter::Inertial);
+        self_calibration::settle(Converter::Jacks);
         let mut inertial_pins = parts.inertial.sequence();
         let mut jack_pins = parts.jacks.sequence();
         inertial_adc.blocking_read(&mut inertial_pins[0], SAMPLE_TIME);
