@@ -265,6 +265,7 @@ fn drive_errors() -> String {
         Frequency {} => DriveError::Frequency,
         FifthHarmonic { .. } => DriveError::FifthHarmonic { scans: 32 },
         Blocks { .. } => DriveError::Blocks { blocks: 0x0102_0304 },
+        Settle { .. } => DriveError::Settle { blocks: 0x0506_0708 },
     })
 }
 
