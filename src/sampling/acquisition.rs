@@ -145,14 +145,14 @@ impl Filled {
             .write(|clear| clear.set_gif(INERTIAL_DMA, true));
         let half = usize::from(second);
         let scans = block.scans();
+        let (inertial, jacks) = (scans * INERTIAL, scans * JACKS);
         // What is left of the round: in the second half of the ring when the first is complete.
         let left = |channel: usize| usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
         let amid_scan = is_amid_scan();
-        let (inertial, jacks) = (left(INERTIAL_DMA), left(JACK_DMA));
-        let elsewhere =
-            ((inertial > scans * INERTIAL) == second) & ((jacks > scans * JACKS) == second);
-        let at_end = inertial == scans * INERTIAL << half;
-        let slipped = at_end & (amid_scan | (jacks != scans * JACKS << half));
+        let (inertial_left, jacks_left) = (left(INERTIAL_DMA), left(JACK_DMA));
+        let elsewhere = ((inertial_left > inertial) == second) & ((jacks_left > jacks) == second);
+        let at_end = inertial_left == inertial << half;
+        let slipped = at_end & (amid_scan | (jacks_left != jacks << half));
         Some(if overrun() {
             Err(Fault::Overrun)
         } else if slipped {

@@ -140,7 +140,6 @@ impl<'a> Type<'a> {
                 found = offset.zip(entry.attr_value(gimli::DW_AT_type)?);
             }
         }
-        drop(tree);
         let Some((offset, value)) = found else {
             return Ok(None);
         };
