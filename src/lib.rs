@@ -60,6 +60,10 @@ pub const FACTS: BoardFacts = BoardFacts {
     },
 };
 
+/// Cycles of the prescaled timer clock in which a converter does one rank.
+pub const RANK_TICKS: u32 =
+    CONVERSION_CYCLES * OVERSAMPLING * (CORE_HZ / TRIGGER_PRESCALER / 1_000) / (ADC_HZ / 1_000);
+
 /// Cycles of the prescaled timer clock in one period at `rate_hz`.
 #[must_use]
 pub const fn trigger_ticks(rate_hz: u32) -> u32 {

@@ -118,7 +118,8 @@ pub struct Board {
 }
 
 impl Board {
-    fn connect(process: Beside) -> anyhow::Result<Self> {
+    /// Connects to a board that is on, and lets it start.
+    pub fn connect(process: Beside) -> anyhow::Result<Self> {
         let mut line = Line::open(process.address("link")?)?;
         line.run(STARTED)?;
         Ok(Self { line, process })

@@ -42,11 +42,23 @@ pub struct TriggerRun {
     pub max_cycles: u64,
 }
 
+/// The longest stretch of code with masked interrupts.
+#[derive(Debug, Clone, Default, Deserialize)]
+pub struct Masked {
+    /// Its length, cycles of the core.
+    pub cycles: u64,
+    /// The function in which it began.
+    #[serde(rename = "where")]
+    pub function: String,
+}
+
 /// Everything that was counted while one host was there.
 #[derive(Debug, Deserialize)]
 pub struct Counts {
     /// All instructions that ran.
     pub executed: u64,
+    /// The longest stretch with masked interrupts.
+    pub masked: Masked,
     /// Every run of triggers.
     pub triggers: Vec<TriggerRun>,
     counts: Vec<Count>,

@@ -13,7 +13,7 @@
 //!
 //! - [`programs`]: where the built programs are; [`process`] runs them.
 //! - [`power`]: one way to switch the virtual board on. On it stand [`mod@bench`], a board that is spoken to frame by frame,
-//!   and [`virtual_bench`], a board with twin and host tool.
+//!   and [`virtual_bench`], a board with twin and host tool. [`pins`] gives it voltages without a twin.
 //! - [`line`](mod@line): the serial line to the board, over the frames of [`hexsense_client`].
 //! - [`key_holder`]: changes of what the board keeps; [`trial_set`] draws coefficients.
 //! - [`counts`]: instructions that the virtual board counted.
@@ -31,6 +31,7 @@ pub mod fixed_time;
 pub mod folders;
 pub mod key_holder;
 pub mod line;
+pub mod pins;
 pub mod power;
 pub mod process;
 pub mod programs;

@@ -4,7 +4,7 @@ use hexsense_core::wire::status::{EventCount, Events, ResetCause, Resets};
 use serde_json::{Map, Value, json};
 
 /// Every event with its name in JSON and what it means to a reader.
-fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 13] {
+fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 14] {
     [
         ("overruns", "converter overruns", events.overruns),
         ("late_blocks", "blocks read too late", events.late_blocks),
@@ -55,6 +55,11 @@ fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 13] {
             events.flash_corrections,
         ),
         ("torn_words", "torn words of flash read", events.torn_words),
+        (
+            "slips",
+            "results of converters lost or doubled",
+            events.slips,
+        ),
     ]
 }
 

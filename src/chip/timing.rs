@@ -1,5 +1,7 @@
 //! Every timing constant of the board that needs a driver's type, with its reason; clock and converter settings are in
 //! the library of this package.
+//!
+//! The clock has ticks of 10 µs. A wait may end a tick early, because it begins within one.
 
 use embassy_stm32::adc::SampleTime;
 use embassy_time::Duration;

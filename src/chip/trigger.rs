@@ -1,10 +1,12 @@
 //! The sampling clock: TIM6, whose update event starts both converters in hardware.
 
 use embassy_stm32::Peri;
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::TIM6;
 use embassy_stm32::timer::low_level::{MasterMode, Timer};
 
-use hexsense::{CORE_HZ, TRIGGER_PRESCALER, trigger_ticks};
+use hexsense::{CORE_HZ, RANK_TICKS, TRIGGER_PRESCALER, trigger_ticks};
+use hexsense_core::channel::INERTIAL;
 
 use super::timing::FIRST_TRIGGER_US;
 
@@ -32,6 +34,13 @@ impl<'d> Trigger<'d> {
     pub fn start(&self) {
         self.0.start();
     }
+}
+
+/// Whether a scan is under way at this moment, beyond its first rank.
+#[inline(always)]
+pub fn is_amid_scan() -> bool {
+    let ticks = u32::from(pac::TIM6.cnt().read().cnt());
+    (RANK_TICKS..RANK_TICKS * INERTIAL as u32).contains(&ticks)
 }
 
 impl Drop for Trigger<'_> {

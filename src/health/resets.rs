@@ -14,22 +14,24 @@ use hexsense_core::wire::status::{ResetCause, Resets};
 /// Begins every check, so that zeros are no record.
 const MAGIC: u32 = 0x5245_5345;
 
-/// Words with a check that is computed from them.
+/// Words in RAM that outlive a reset, with a check that is computed from them.
 #[repr(C)]
 #[derive(Clone, Copy)]
-struct Sealed<const N: usize> {
+pub struct Sealed<const N: usize> {
     words: [u32; N],
     check: u32,
 }
 
 impl<const N: usize> Sealed<N> {
-    fn new(words: [u32; N]) -> Self {
+    /// Words with their check.
+    pub fn new(words: [u32; N]) -> Self {
         let mix = |sum: u32, word: &u32| (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
         let check = words.iter().fold(MAGIC, mix);
         Self { words, check }
     }
 
-    fn open(self) -> Option<[u32; N]> {
+    /// The words, if the check fits.
+    pub fn open(self) -> Option<[u32; N]> {
         (Self::new(self.words).check == self.check).then_some(self.words)
     }
 }

@@ -13,6 +13,19 @@
 //! A converter whose result was not fetched in time (*overrun*) stops without a sign, and a half that is read too late
 //! is overwritten. Both are found and are a [`Fault`]; the caller then builds the converters anew, which is the only
 //! way to put both rings back in step.
+//!
+//! If DMA loses a result or takes one twice, every count from then on has the place of its neighbour. So each block must
+//! end where a scan ends. When the interrupt finds DMA at the end of a half, the trigger timer must be between the end of a
+//! scan and that of the first rank of the next one, and the ring of the jacks must end there too:
+//!
+//! ```text
+//! TIM6        │ trigger                                  end of scan │         │ trigger
+//! ADC1        │ 1 │ 2 │ 3 │ 4 │ 5 │ 6 │ 7 │ 8 │ 9 │                            │ 1 │ 2 │ …
+//! interrupt                                       ▲ in step: from here … to here ▲   ▲ a result was lost
+//!                                             ▲ a result was taken twice
+//! ```
+//!
+//! An interrupt that comes so late that DMA has gone on says nothing about that; the next one does.
 
 use core::cell::UnsafeCell;
 use core::ptr;
@@ -28,9 +41,10 @@ use embassy_stm32::{bind_interrupts, dma, interrupt};
 use hexsense_core::channel::{INERTIAL, JACKS};
 use hexsense_core::sampling::BlockSize;
 
+use super::self_calibration::{self, Converter};
 use crate::chip::pins::{self, INERTIAL_DMA, JACK_DMA};
 use crate::chip::timing::{OVERSAMPLING_CODE, SAMPLE_TIME};
-use crate::chip::trigger::Trigger;
+use crate::chip::trigger::{Trigger, is_amid_scan};
 
 bind_interrupts!(
     /// The interrupts of the converters' DMA but the first, which is the sample interrupt.
@@ -55,6 +69,8 @@ pub enum Fault {
     Late,
     /// No block in three times the time that one takes, and no overrun.
     Stuck,
+    /// A result was lost or taken twice, and the scans of the rings do not begin with their first rank.
+    Slipped,
 }
 
 /// Memory that DMA writes, in scans of `N` counts.
@@ -129,16 +145,19 @@ impl Filled {
             .write(|clear| clear.set_gif(INERTIAL_DMA, true));
         let half = usize::from(second);
         let scans = block.scans();
+        let (inertial, jacks) = (scans * INERTIAL, scans * JACKS);
         // What is left of the round: in the second half of the ring when the first is complete.
-        let elsewhere = |channel: usize, counts: usize| {
-            let left = usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
-            (left > counts) == second
-        };
-        let in_step =
-            elsewhere(INERTIAL_DMA, scans * INERTIAL) & elsewhere(JACK_DMA, scans * JACKS);
+        let left = |channel: usize| usize::from(pac::DMA1.ch(channel).ndtr().read().ndt());
+        let amid_scan = is_amid_scan();
+        let (inertial_left, jacks_left) = (left(INERTIAL_DMA), left(JACK_DMA));
+        let elsewhere = ((inertial_left > inertial) == second) & ((jacks_left > jacks) == second);
+        let at_end = inertial_left == inertial << half;
+        let slipped = at_end & (amid_scan | (jacks_left != jacks << half));
         Some(if overrun() {
             Err(Fault::Overrun)
-        } else if (first & second) | !in_step {
+        } else if slipped {
+            Err(Fault::Slipped)
+        } else if (first & second) | !elsewhere {
             Err(Fault::Late)
         } else {
             compiler_fence(Ordering::SeqCst);
@@ -168,7 +187,7 @@ pub struct Run<'d> {
 }
 
 impl<'d> Run<'d> {
-    /// Builds and calibrates the converters for blocks of this size, and the trigger for `rate_hz`, one of those in
+    /// Builds the converters for blocks of this size, and the trigger for `rate_hz`, one of those in
     /// [`hexsense::FACTS`].
     ///
     /// The first conversion of a converter after a pause of 1 ms may be wrong (ES0430), so each makes one here that is
@@ -177,6 +196,8 @@ impl<'d> Run<'d> {
         let trigger = Trigger::new(parts.timer.reborrow(), rate_hz);
         let mut inertial_adc = Adc::new(parts.inertial_adc.reborrow(), converter());
         let mut jack_adc = Adc::new(parts.jack_adc.reborrow(), converter());
+        self_calibration::settle(Converter::Inertial);
+        self_calibration::settle(Converter::Jacks);
         let mut inertial_pins = parts.inertial.sequence();
         let mut jack_pins = parts.jacks.sequence();
         inertial_adc.blocking_read(&mut inertial_pins[0], SAMPLE_TIME);

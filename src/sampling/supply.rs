@@ -22,6 +22,7 @@ use hexsense::{
 };
 use hexsense_core::server::SupplyReading;
 
+use super::self_calibration::{self, Converter};
 use crate::chip::pins;
 use crate::chip::timing::{INTERNAL_START, SUPPLY_PERIOD};
 use crate::shared::Shared;
@@ -100,6 +101,7 @@ pub async fn measure(mut parts: pins::Supply, shared: &'static Shared) -> ! {
             ..AdcConfig::default()
         },
     );
+    self_calibration::settle(Converter::Supply);
     // The first conversion after a pause of more than 1 ms may be wrong (errata ES0430), so it is thrown away.
     let mut discarded = adc.enable_vrefint().degrade_adc::<'static>();
     let mut vrefint = adc.enable_vrefint().degrade_adc::<'static>();

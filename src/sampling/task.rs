@@ -67,6 +67,7 @@ fn count(fault: Fault) {
         Fault::Overrun => |events| &mut events.overruns,
         Fault::Late => |events| &mut events.late_blocks,
         Fault::Stuck => |events| &mut events.stuck,
+        Fault::Slipped => |events| &mut events.slips,
     });
 }
 

@@ -45,8 +45,9 @@ pub struct CommandLine {
     /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
     /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.
     /// May be given several times. Each time a host disconnects, and when the board halts, one line of JSON on stdout
-    /// gives the counts: {"executed":N,"counts":[…],"triggers":[…]} with all instructions that ran and every run of
-    /// triggers of the converters; instructions begin at zero for the next host.
+    /// gives the counts: {"executed":N,"counts":[…],"masked":{…},"triggers":[…]} with all instructions that ran, the
+    /// longest stretch for which interrupts were masked, and every run of triggers of the converters; instructions and
+    /// stretches begin at zero for the next host.
     #[arg(long, value_name = "NAME")]
     pub count: Vec<String>,
 }

@@ -36,6 +36,8 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     let mut flash = FlashMemory::open(&options.flash)?;
     firmware.program(&mut flash)?;
     let faults = options.faults.as_deref().map(Timeline::read).transpose()?;
+    let mut faults = faults.unwrap_or_default();
+    faults.locate(|variable, member| firmware.variable(variable, member))?;
     let link = Link::open(&options.link)?;
     let (pins, mut parameters) = match &options.pins {
         Some(address) => Pins::connect(address)?,
@@ -44,7 +46,7 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     parameters.seed = options.seed.unwrap_or(parameters.seed);
     let log = FirmwareLog::new(&firmware.file, firmware.rtt);
     let mut machine = Machine::new(Bus::new(parameters, pins, flash), log)?;
-    machine.inject(faults.unwrap_or_default());
+    machine.inject(faults);
     let mut stdout = std::io::stdout();
     writeln!(stdout, "{}", serde_json::json!({ "link": link.name()? }))?;
     stdout.flush()?;
@@ -60,7 +62,7 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
 const IRQ: usize = 16;
 
 fn targets(names: &[String], firmware: &Firmware) -> Result<Counting, String> {
-    let mut counting = Counting::default();
+    let mut counting = Counting::new(firmware.all_functions());
     for name in names {
         if let Some(number) = name.strip_prefix("irq:") {
             let number: usize = number

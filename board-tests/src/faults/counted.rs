@@ -53,7 +53,33 @@ fn kinds() -> Vec<Kind> {
         counter,
         several: false,
     };
+    let slip = |adc: u8, result: &str| json!({"fault": "dma_slip", "adc": adc, "result": result});
+    let slips = |events: &Events| events.slips.count;
     vec![
+        kind(
+            "inertial result lost",
+            Some(slip(1, "lost")),
+            Sends::Status,
+            slips,
+        ),
+        kind(
+            "inertial result taken twice",
+            Some(slip(1, "twice")),
+            Sends::Status,
+            slips,
+        ),
+        kind(
+            "jack result lost",
+            Some(slip(2, "lost")),
+            Sends::Status,
+            slips,
+        ),
+        kind(
+            "jack result taken twice",
+            Some(slip(2, "twice")),
+            Sends::Status,
+            slips,
+        ),
         kind(
             "converters' DMA held up",
             Some(json!({"fault": "dma_stall", "of": "converters", "duration_us": 300})),

@@ -10,6 +10,7 @@
 //! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `uptime` | the clock and the scan counter preset to years ahead and to just before each wrap, and full counts |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -23,6 +24,7 @@ mod outcome;
 mod power_cut;
 mod recovery;
 mod soak;
+mod uptime;
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
@@ -51,7 +53,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 8] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +61,7 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "uptime",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -110,6 +113,8 @@ struct Size {
     resets: u64,
     forgeries: u64,
     soak_s: u64,
+    /// One wrap in so many is passed.
+    wraps: usize,
 }
 
 impl Size {
@@ -123,6 +128,7 @@ impl Size {
         resets: 12,
         forgeries: 80,
         soak_s: 3_600,
+        wraps: 1,
     };
     const SHORT: Self = Self {
         uploads: 2,
@@ -134,6 +140,7 @@ impl Size {
         resets: 1,
         forgeries: 5,
         soak_s: 40,
+        wraps: 7,
     };
 }
 
@@ -179,6 +186,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
+        Trial::one(&["uptime"], move || uptime::pass(seed, size.wraps)),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

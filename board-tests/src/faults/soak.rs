@@ -88,7 +88,7 @@ fn any(random: &mut Random) -> Value {
         let characters = some(random, 20);
         json!({"fault": "line", "towards": towards, "effect": effect, "characters": characters})
     };
-    match random.bits() % 16 {
+    match random.bits() % 17 {
         0 | 1 => {
             json!({"fault": "dma_stall", "of": "converters", "duration_us": some(random, 5_000)})
         }
@@ -104,6 +104,10 @@ fn any(random: &mut Random) -> Value {
         12 => json!({"fault": "brown_out", "ram_kept": random.bits().is_multiple_of(2)}),
         13 => json!({"fault": "jump", "address": "0xf0000000"}),
         14 => json!({"fault": "stack_pointer", "address": "0x20000008"}),
+        15 => {
+            let result = ["lost", "twice"][random.bits() as usize % 2];
+            json!({"fault": "dma_slip", "adc": some(random, 2), "result": result})
+        }
         _ => json!({"fault": "hang"}),
     }
 }

@@ -5,13 +5,14 @@ use std::time::Duration;
 use anyhow::{Context, ensure};
 use hexsense_client::Client;
 use hexsense_core::channel::CHANNELS;
-use hexsense_core::harmonics::{Drive, increment};
+use hexsense_core::harmonics::{ANALYSERS, Drive, increment};
 use hexsense_core::records::MAX_ENCODED;
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::Key;
-use hexsense_core::wire::{AnalyserState, StreamContent};
+use hexsense_core::wire::{AnalyserState, Request, StreamContent};
 
-use crate::counts::Counts;
+use crate::counts::{Counts, Masked};
+use crate::line::Line;
 use crate::process::Beside;
 use crate::trial_set::Random;
 
@@ -27,6 +28,9 @@ const STATES: [(u64, AnalyserState); 3] = [
 ];
 /// Drives between one set of coefficients and the next.
 const DRIVES_OF_A_SET: u64 = 10;
+/// Requests of a flood, and the time in which the board answers them.
+const FLOOD: u32 = 200;
+const FLOOD_LASTS: Duration = Duration::from_millis(600);
 /// The key of a board that has no secrets.
 const KEY: Key = Key([0; 32]);
 /// Longer than any block lasts.
@@ -45,16 +49,23 @@ pub struct Sessions {
     board: Beside,
     random: Random,
     now_s: f64,
+    /// The longest stretch with masked interrupts since the board has started.
+    pub masked: Masked,
 }
 
 impl Sessions {
-    /// Sessions on a board that has just been switched on.
-    pub fn new(board: Beside) -> Self {
-        Self {
+    /// Sessions on a board that has just been switched on. What it does before it first answers is not counted.
+    pub fn new(board: Beside) -> anyhow::Result<Self> {
+        let mut sessions = Self {
             board,
             random: Random(0x9E37_79B9),
             now_s: 0.0,
-        }
+            masked: Masked::default(),
+        };
+        let client = sessions.connect()?;
+        sessions.leave(client)?;
+        sessions.masked = Masked::default();
+        Ok(sessions)
     }
 
     /// Scans at `rate_hz` in blocks of sixteen until `blocks` have been streamed beside poses; one analyser settles, sums
@@ -126,7 +137,46 @@ impl Sessions {
         for channel in 0..CHANNELS as u8 {
             client.harmonics(0, channel)?;
         }
+        // What comes out depends on the voltages; what it takes to ask does not.
+        let _ = client.motion(0)?;
         self.leave(client)
+    }
+
+    /// Streams in blocks of every size, while all analysers sum and the host floods the line with requests.
+    pub fn floods(&mut self) -> anyhow::Result<()> {
+        for block in BlockSize::ALL {
+            let mut client = self.connect()?;
+            client.rate(4_000)?;
+            client.block_size(block)?;
+            let drive = Drive {
+                increment: increment(2.0, 4_000).context("a drive that the board takes")?,
+                block,
+                settle_blocks: 0,
+                blocks: 1 << 20,
+            };
+            for analyser in 0..ANALYSERS as u8 {
+                client.drive(analyser, drive)?;
+            }
+            self.leave(client)?;
+            let mut line = Line::open(self.board.address("link")?)?;
+            line.stream(false, true)?;
+            for number in 0..FLOOD {
+                line.send(&match number % 4 {
+                    0 => Request::Identity,
+                    1 => Request::Sums {
+                        analyser: 1,
+                        channel: 3,
+                    },
+                    2 => Request::History { age: 0 },
+                    _ => Request::Status,
+                })?;
+            }
+            line.run(FLOOD_LASTS)?;
+            drop(line);
+            let counts = Counts::read(&mut self.board)?;
+            self.note(&counts);
+        }
+        Ok(())
     }
 
     fn connect(&self) -> anyhow::Result<Client> {
@@ -141,7 +191,15 @@ impl Sessions {
     fn leave(&mut self, client: Client) -> anyhow::Result<Counts> {
         self.now_s = client.now().as_secs_f64();
         drop(client);
-        Counts::read(&mut self.board)
+        let counts = Counts::read(&mut self.board)?;
+        self.note(&counts);
+        Ok(counts)
+    }
+
+    fn note(&mut self, counts: &Counts) {
+        if counts.masked.cycles > self.masked.cycles {
+            self.masked = counts.masked.clone();
+        }
     }
 
     fn upload(&mut self, client: &mut Client) -> anyhow::Result<()> {

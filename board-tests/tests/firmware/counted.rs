@@ -45,7 +45,14 @@ fn each_fault_is_counted_as_what_it_is_and_as_nothing_else() -> anyhow::Result<(
     let line =
         |effect| json!({"fault": "line", "towards": "board", "effect": effect, "characters": 1});
     let stall = |of, us| json!({"fault": "dma_stall", "of": of, "duration_us": us});
-    let faults: [(&str, Value, Pick); 5] = [
+    let slip = |adc: u8, result| json!({"fault": "dma_slip", "adc": adc, "result": result});
+    let faults: [(&str, Value, Pick); 9] = [
+        ("inertial lost", slip(1, "lost"), |events| &mut events.slips),
+        ("inertial twice", slip(1, "twice"), |events| {
+            &mut events.slips
+        }),
+        ("jack lost", slip(2, "lost"), |events| &mut events.slips),
+        ("jack twice", slip(2, "twice"), |events| &mut events.slips),
         ("overrun", stall("converters", 2_000), |events| {
             &mut events.overruns
         }),

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::HARMONICS;
 use crate::sampling::BlockSize;
 
-/// Largest number of summed blocks: beyond it the sums of full-scale blocks could overflow.
+/// Largest number of summed blocks: beyond it the sums of full-scale blocks could overflow. So many may settle too: with
+/// single scans at 4 kHz that is more than eight minutes.
 pub const MAX_BLOCKS: u32 = 1 << 21;
 /// Bits of the number of places that the drift sum tells apart.
 const PLACES_BITS: u32 = 12;
@@ -19,7 +20,7 @@ pub struct Drive {
     pub increment: u64,
     /// Scans that are added up before they meet sine and cosine.
     pub block: BlockSize,
-    /// Blocks that pass before summing.
+    /// Blocks that pass before summing, at most [`MAX_BLOCKS`].
     pub settle_blocks: u32,
     /// Blocks to sum over.
     pub blocks: u32,
@@ -42,6 +43,11 @@ impl Drive {
         if self.blocks == 0 || self.blocks > MAX_BLOCKS {
             return Err(DriveError::Blocks {
                 blocks: self.blocks,
+            });
+        }
+        if self.settle_blocks > MAX_BLOCKS {
+            return Err(DriveError::Settle {
+                blocks: self.settle_blocks,
             });
         }
         Ok(())
@@ -105,6 +111,14 @@ pub enum DriveError {
     /// No blocks to sum over, or so many that sums could overflow.
     #[error("a sum over {blocks} blocks is not possible; sum over 1 to {MAX_BLOCKS}")]
     Blocks {
+        /// The requested number.
+        blocks: u32,
+    },
+    /// More blocks to settle than the analyser counts.
+    #[error(
+        "{blocks} blocks cannot settle; let at most {MAX_BLOCKS} pass, and set the drive later"
+    )]
+    Settle {
         /// The requested number.
         blocks: u32,
     },

@@ -40,7 +40,7 @@ pub struct Progress {
     pub lost: u64,
     /// Scan counter of the first that was lost.
     pub first_lost: Option<u64>,
-    /// Blocks that the link had no room for.
+    /// Blocks that the link had no room for; stops at its largest value.
     pub dropped: u32,
 }
 
@@ -172,11 +172,12 @@ impl Path {
         taken
     }
 
-    /// Notes the time of what has happened since the last call. The sample interrupt does not do this, because it takes
-    /// the same time for every block.
+    /// Notes the time of what has happened since the last call, and keeps the count of dropped blocks from wrapping. The
+    /// sample interrupt does not do this, because it takes the same time for every block.
     pub fn note_times(&mut self, uptime_ms: u64) {
-        let count = self.progress.dropped;
-        if count != self.dropped.count {
+        if self.progress.dropped != self.dropped.count {
+            let count = self.progress.dropped.max(self.dropped.count);
+            self.progress.dropped = count;
             self.dropped = EventCount {
                 count,
                 last_ms: uptime_ms,
@@ -239,7 +240,8 @@ impl Path {
     #[inline(always)]
     pub fn finish(&mut self, cycles: impl FnOnce() -> u32) {
         let kept = self.queue.close(self.progress.next_scan, self.wanted);
-        self.progress.dropped += u32::from(self.wanted & !kept);
+        let dropped = u32::from(self.wanted & !kept);
+        self.progress.dropped = self.progress.dropped.wrapping_add(dropped);
         self.progress.next_scan += self.progress.block.scans() as u64;
         let last = cycles();
         self.cycles = PathCycles {

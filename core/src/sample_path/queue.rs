@@ -31,6 +31,14 @@ pub struct Context {
     pub set: Option<SetId>,
 }
 
+impl Context {
+    const NOTHING: Self = Self {
+        supply: 0.0,
+        temperature_c: 0.0,
+        set: None,
+    };
+}
+
 /// First scan and context of a piece.
 #[derive(Clone, Copy)]
 struct Stamp {
@@ -56,11 +64,11 @@ impl Stamp {
     }
 }
 
-/// The next piece to send.
-pub struct Piece<'a> {
+/// A piece to send, copied out of the queue, so that the sample path does not wait while a frame is made of it.
+pub struct Piece {
     /// Scan counter of its first scan.
     pub first_scan: u64,
-    /// Scans in it.
+    /// Scans in it, at most [`MAX_SCANS`].
     pub scans: usize,
     /// Whether a block begins with it.
     pub begins: bool,
@@ -68,8 +76,42 @@ pub struct Piece<'a> {
     pub block: BlockSize,
     /// What they have in common.
     pub context: Context,
+    inertial: [[u16; INERTIAL]; MAX_SCANS],
+    jacks: [[u16; JACKS]; MAX_SCANS],
+    values: [Values; MAX_SCANS],
+}
+
+impl Piece {
+    /// Room for a piece.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            first_scan: 0,
+            scans: 0,
+            begins: false,
+            block: BlockSize::One,
+            context: Context::NOTHING,
+            inertial: [[0; INERTIAL]; MAX_SCANS],
+            jacks: [[0; JACKS]; MAX_SCANS],
+            values: [[0.0; INERTIAL]; MAX_SCANS],
+        }
+    }
+
     /// The samples.
-    pub samples: Samples<'a>,
+    #[must_use]
+    pub fn samples(&self) -> Samples<'_> {
+        Samples {
+            inertial: &self.inertial[..self.scans],
+            jacks: &self.jacks[..self.scans],
+            values: &self.values[..self.scans],
+        }
+    }
+}
+
+impl Default for Piece {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Where the sample path writes a block.
@@ -111,11 +153,6 @@ impl Queue {
     /// An empty queue for blocks of one scan.
     #[must_use]
     pub const fn new() -> Self {
-        let nothing = Context {
-            supply: 0.0,
-            temperature_c: 0.0,
-            set: None,
-        };
         Self {
             inertial: [[0; INERTIAL]; SCANS],
             jacks: [[0; JACKS]; SCANS],
@@ -123,7 +160,7 @@ impl Queue {
             stamps: [Stamp {
                 scan_and_context: 0,
             }; SCANS],
-            contexts: [nothing; CONTEXTS],
+            contexts: [Context::NOTHING; CONTEXTS],
             context: 0,
             block: BlockSize::One,
             gathered: 0,
@@ -194,33 +231,24 @@ impl Queue {
         self.waiting >= self.unit().max(self.gathered)
     }
 
-    /// The next piece to send, if one is due.
-    pub fn front(&self) -> Option<Piece<'_>> {
+    /// Moves the next piece to send into `to`; `false` when none is due.
+    pub fn take(&mut self, to: &mut Piece) -> bool {
         if !self.is_due() {
-            return None;
+            return false;
         }
         let (first, scans) = (self.tail(), self.piece());
         let place = first..first + scans;
         let stamp = self.stamps[first];
-        Some(Piece {
-            first_scan: stamp.first_scan(),
-            scans,
-            begins: first.is_multiple_of(self.block.scans()),
-            block: self.block,
-            context: self.contexts[stamp.context()],
-            samples: Samples {
-                inertial: &self.inertial[place.clone()],
-                jacks: &self.jacks[place.clone()],
-                values: &self.values[place],
-            },
-        })
-    }
-
-    /// Gives up the piece that [`Self::front`] showed.
-    pub fn pop(&mut self) {
-        if self.is_due() {
-            self.waiting -= self.piece();
-        }
+        to.first_scan = stamp.first_scan();
+        to.scans = scans;
+        to.begins = first.is_multiple_of(self.block.scans());
+        to.block = self.block;
+        to.context = self.contexts[stamp.context()];
+        to.inertial[..scans].copy_from_slice(&self.inertial[place.clone()]);
+        to.jacks[..scans].copy_from_slice(&self.jacks[place.clone()]);
+        to.values[..scans].copy_from_slice(&self.values[place]);
+        self.waiting -= scans;
+        true
     }
 
     /// Values of the latest block, whether it was kept or not, and the set that made them.

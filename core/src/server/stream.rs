@@ -8,7 +8,7 @@ use crate::sample_path::Progress;
 use crate::sample_path::queue::Piece;
 use crate::sampling::add_up;
 use crate::wire::telemetry::Header;
-use crate::wire::{Kind, PoseReport, StreamContent, frame, pose, telemetry};
+use crate::wire::{PoseReport, StreamContent, pose, telemetry};
 
 use super::board::{Board, sendable};
 
@@ -27,33 +27,20 @@ impl Stream {
     /// the board the jacks of the last block of the piece when the host wants poses.
     pub fn block(&mut self, board: &mut impl Board, out: &mut [u8]) -> Option<usize> {
         let content = self.content;
-        let mut jacks = None;
-        let sequence = content.has_blocks().then(|| self.next_sequence());
-        let begun = &mut self.begun;
-        let length = if let Some(sequence) = sequence {
-            let piece = |payload: &mut [u8]| {
-                board.path(|path| {
-                    let piece = path.queue.front()?;
-                    jacks = jacks_of(&piece, begun);
-                    let header = header(&piece, &path.progress, content);
-                    let length = telemetry::write(&header, piece.samples, payload);
-                    path.queue.pop();
-                    length
-                })
-            };
-            let encoded = frame::encode(Kind::Block, sequence, out, piece);
-            sendable(board, encoded)
-        } else {
-            board.path(|path| {
-                jacks = path.queue.front().and_then(|piece| jacks_of(&piece, begun));
-                path.queue.pop();
-            });
-            None
-        };
-        if let Some(jacks) = jacks.filter(|_| content.pose) {
+        let mut piece = Piece::new();
+        let (due, progress) = board.path(|path| (path.queue.take(&mut piece), path.progress));
+        if !due {
+            return None;
+        }
+        if let Some(jacks) = jacks_of(&piece, &mut self.begun).filter(|_| content.pose) {
             board.find_pose(jacks);
         }
-        length
+        if !content.has_blocks() {
+            return None;
+        }
+        let header = header(&piece, &progress, content);
+        let encoded = telemetry::encode(&header, piece.samples(), self.next_sequence(), out);
+        sendable(board, encoded)
     }
 
     /// Takes a pose; returns the length of the frame to send, when the host still wants poses.
@@ -98,7 +85,7 @@ fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header 
 fn jacks_of(piece: &Piece, begun: &mut Option<JackBlock>) -> Option<JackBlock> {
     let before = piece.scans.saturating_sub(piece.block.scans());
     let mut sums = [0; JACKS];
-    add_up(piece.samples.jacks.get(before..)?, &mut sums);
+    add_up(piece.samples().jacks.get(before..)?, &mut sums);
     let mut jacks = JackBlock {
         first_scan: piece.first_scan + before as u64,
         supply: piece.context.supply,

@@ -118,6 +118,9 @@ pub struct Events {
     pub flash_corrections: EventCount,
     /// A torn word of flash was read, whose programming or erasure had been cut short.
     pub torn_words: EventCount,
+    /// A result of a converter was lost or taken twice on its way into memory, so that the counts were those of other
+    /// channels. The converters were restarted.
+    pub slips: EventCount,
 }
 
 impl Events {
@@ -136,12 +139,13 @@ impl Events {
         receiver_errors: EventCount::NONE,
         flash_corrections: EventCount::NONE,
         torn_words: EventCount::NONE,
+        slips: EventCount::NONE,
     };
 
     /// Restarts of the converters after a fault.
     #[must_use]
     pub fn converter_faults(&self) -> u32 {
-        total([self.overruns, self.late_blocks, self.stuck])
+        total([self.overruns, self.late_blocks, self.stuck, self.slips])
     }
 
     /// Received frames that were damaged.

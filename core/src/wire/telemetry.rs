@@ -172,7 +172,7 @@ pub fn encode(
 
 /// Writes header and samples into the payload of a frame and returns their length; `None` when the payload is too
 /// short or samples are missing.
-pub fn write(header: &Header, samples: Samples<'_>, payload: &mut [u8]) -> Option<usize> {
+fn write(header: &Header, samples: Samples<'_>, payload: &mut [u8]) -> Option<usize> {
     let scans = usize::from(header.scans);
     let mut used = postcard::to_slice(header, payload).ok()?.len();
     if header.content.counts {

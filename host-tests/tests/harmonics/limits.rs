@@ -16,7 +16,7 @@ fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
             let drive = Drive {
                 increment,
                 block,
-                settle_blocks: u32::MAX,
+                settle_blocks: MAX_BLOCKS,
                 blocks,
             };
             drive.check()
@@ -34,6 +34,15 @@ fn the_range_of_a_drive_is_open_at_zero_and_at_a_tenth_of_the_block_rate() {
         assert_eq!(with(u64::MAX / 10, 1), Err(DriveError::Frequency));
         for blocks in [0, MAX_BLOCKS + 1] {
             assert_eq!(with(1, blocks), Err(DriveError::Blocks { blocks }));
+        }
+        for blocks in [MAX_BLOCKS + 1, u32::MAX] {
+            let endless = Drive {
+                increment: 1,
+                block,
+                settle_blocks: blocks,
+                blocks: 1,
+            };
+            assert_eq!(endless.check(), Err(DriveError::Settle { blocks }));
         }
     }
     // Frequencies that users need: 6 Hz at 1 kHz and 25 Hz, just, at 4 kHz.

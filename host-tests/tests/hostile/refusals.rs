@@ -98,7 +98,7 @@ proptest! {
 
     #[test]
     fn a_drive_too_fast_or_of_no_length_is_refused(
-        block in proptest::sample::select(&BlockSize::ALL[..]), fast: u64, long: u32, settle_blocks: u32,
+        block in proptest::sample::select(&BlockSize::ALL[..]), fast: u64, long: u32, settle_blocks in 0..=MAX_BLOCKS,
     ) {
         let drive = Drive { increment: 1, block, settle_blocks, blocks: 1 };
         prop_assert_eq!(checked(drive), Ok(()));
@@ -111,6 +111,8 @@ proptest! {
         let blocks = long.saturating_add(MAX_BLOCKS + 1);
         let endless = Drive { blocks, ..drive };
         prop_assert_eq!(checked(endless), Err(DriveError::Blocks { blocks }));
+        let waiting = Drive { settle_blocks: blocks, ..drive };
+        prop_assert_eq!(checked(waiting), Err(DriveError::Settle { blocks }));
     }
 
     #[test]

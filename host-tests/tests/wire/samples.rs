@@ -265,6 +265,7 @@ fn drive_errors() -> String {
         Frequency {} => DriveError::Frequency,
         FifthHarmonic { .. } => DriveError::FifthHarmonic { scans: 32 },
         Blocks { .. } => DriveError::Blocks { blocks: 0x0102_0304 },
+        Settle { .. } => DriveError::Settle { blocks: 0x0506_0708 },
     })
 }
 
@@ -481,5 +482,6 @@ fn events() -> Events {
         receiver_errors: tally(11),
         flash_corrections: tally(12),
         torn_words: tally(13),
+        slips: tally(14),
     }
 }

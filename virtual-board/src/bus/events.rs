@@ -204,7 +204,7 @@ impl Bus {
         while index < self.listening.len() && moved < MAX_TRANSFERS {
             let (controller, channel, number) = self.listening[index];
             if self.requested(number) && self.dma[controller].ready(channel) {
-                self.transfer(controller, channel);
+                self.transfer(controller, channel, number);
                 moved += 1;
                 index = 0; // a transfer may raise another request, of a channel that comes first
             } else {
@@ -227,14 +227,16 @@ impl Bus {
         }
     }
 
-    fn transfer(&mut self, controller: usize, channel: usize) {
+    fn transfer(&mut self, controller: usize, channel: usize, number: u8) {
         let item = self.dma[controller].transfer(channel);
-        let moved = self
-            .fetch(item.from, item.from_size)
-            .and_then(|value| self.deliver(item.to, value, item.to_size));
-        match moved {
-            Ok(()) => self.dma[controller].moved(channel),
-            Err(super::NothingThere) => self.dma[controller].failed(channel),
+        let fetched = self.fetch(item.from, item.from_size);
+        for _ in 0..self.stalls.places(number) {
+            let item = self.dma[controller].transfer(channel);
+            let moved = fetched.and_then(|value| self.deliver(item.to, value, item.to_size));
+            match moved {
+                Ok(()) => self.dma[controller].moved(channel),
+                Err(super::NothingThere) => self.dma[controller].failed(channel),
+            }
         }
         self.nvic.set_line(
             DMA_INTERRUPTS[controller][channel],

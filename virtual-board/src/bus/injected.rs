@@ -3,7 +3,7 @@
 
 use super::map::Unit;
 use super::{Bus, fill};
-use crate::injection::Served;
+use crate::injection::{Served, Slip};
 use crate::peripherals::rcc::Source;
 use crate::peripherals::{Cycles, dmamux::request};
 
@@ -14,6 +14,8 @@ pub(super) struct Stalls {
     receiver_dma: Cycles,
     transmitter_dma: Cycles,
     pub(super) triggers: Cycles,
+    /// What happens to the next result of each converter.
+    slips: [Option<Slip>; 5],
 }
 
 impl Stalls {
@@ -27,6 +29,16 @@ impl Stalls {
         };
         now < until
     }
+
+    /// To how many places the item of this DMA request goes: one, unless DMA slips.
+    pub(super) fn places(&mut self, number: u8) -> u32 {
+        let converter = request::ADC.iter().position(|adc| *adc == number);
+        match converter.and_then(|index| self.slips[index].take()) {
+            None => 1,
+            Some(Slip::Lost) => 0,
+            Some(Slip::Twice) => 2,
+        }
+    }
 }
 
 impl Bus {
@@ -39,6 +51,11 @@ impl Bus {
             Served::Transmitter => self.stalls.transmitter_dma = end,
         }
         self.expect_end_of_stall(end);
+    }
+
+    /// DMA slips at the next result of this converter, 1 to 5.
+    pub fn slip_dma(&mut self, adc: u8, result: Slip) {
+        self.stalls.slips[usize::from(adc) - 1] = Some(result);
     }
 
     /// No flash operation ends within this duration, µs.

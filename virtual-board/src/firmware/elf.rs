@@ -153,6 +153,21 @@ impl Firmware {
         found
     }
 
+    /// Every function: its first address and its path without hash, in the order of addresses.
+    pub fn all_functions(&self) -> Vec<(u32, String)> {
+        let Ok(elf) = ElfFile32::<Endianness>::parse(self.file.as_slice()) else {
+            return Vec::new();
+        };
+        let mut found: Vec<_> = elf
+            .symbols()
+            .filter(|symbol| symbol.kind() == SymbolKind::Text)
+            .filter_map(|symbol| Some((symbol.address() as u32 & !1, symbol.name().ok()?)))
+            .map(|(address, symbol)| (address, format!("{:#}", demangle(symbol))))
+            .collect();
+        found.sort();
+        found
+    }
+
     /// Programs the image as a debug probe would: it erases and writes the pages that the image needs, and no others.
     /// Pages with the right content already are left alone.
     pub fn program(&self, memory: &mut FlashMemory) -> io::Result<()> {

@@ -1,4 +1,5 @@
-//! The firmware under test: its ELF file, and the log that it writes into RAM.
+//! The firmware under test: its ELF file, where its variables are, and the log that it writes into RAM.
 
 pub mod elf;
 pub mod log;
+pub mod variables;

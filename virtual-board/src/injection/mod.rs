@@ -9,6 +9,8 @@ pub mod timeline;
 
 use serde::{Deserialize, Deserializer, de};
 
+use crate::firmware::variables::Place;
+
 /// Progress of a flash operation at the moment of its fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -22,7 +24,7 @@ pub enum Progress {
 }
 
 /// What goes wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "fault", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fault {
     /// The power goes, and this process ends.
@@ -69,6 +71,13 @@ pub enum Fault {
         /// Duration, µs.
         duration_us: u64,
     },
+    /// DMA loses the next result of a converter, or takes it twice: it slips by one rank.
+    DmaSlip {
+        /// Number of the converter, 1 to 5.
+        adc: u8,
+        /// What happens to the result.
+        result: Slip,
+    },
     /// No operation of the flash memory, under way or new, ends within a duration; a reset ends that.
     FlashStall {
         /// Duration, µs.
@@ -88,6 +97,18 @@ pub enum Fault {
         /// Number of characters.
         characters: u32,
     },
+    /// A variable of the firmware gets this value, as it would in years.
+    Preset {
+        /// Path of the static.
+        variable: String,
+        /// Path of its member through the types.
+        member: String,
+        /// The value, at most eight bytes.
+        value: u64,
+        /// Where it lies, once the firmware is known.
+        #[serde(skip)]
+        place: Option<Place>,
+    },
 }
 
 /// The parts that DMA serves.
@@ -100,6 +121,16 @@ pub enum Served {
     Receiver,
     /// The transmitter of the serial port.
     Transmitter,
+}
+
+/// A mistake of DMA.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Slip {
+    /// The result is fetched and goes nowhere.
+    Lost,
+    /// It goes to two places, one after the other.
+    Twice,
 }
 
 /// Direction of the serial line.

@@ -16,6 +16,7 @@ use serde_json::{Map, Value};
 use thiserror::Error;
 
 use super::{Fault, Progress};
+use crate::firmware::variables::Place;
 
 /// Why a file is not a timeline.
 #[derive(Debug, Error)]
@@ -79,6 +80,37 @@ impl Timeline {
         Ok(timeline)
     }
 
+    /// Finds the variables that faults name, with `find`.
+    ///
+    /// # Errors
+    /// What `find` says of a variable that there is not.
+    pub fn locate(
+        &mut self,
+        find: impl Fn(&str, &str) -> Result<Place, String>,
+    ) -> Result<(), String> {
+        let timed = self.timed.iter_mut().map(|(_, fault)| fault);
+        let faults = timed.chain(self.by_operation.iter_mut().map(|(_, fault)| fault));
+        for fault in faults {
+            if let Fault::Preset {
+                variable,
+                member,
+                place,
+                ..
+            } = fault
+            {
+                let found = find(variable, member)?;
+                if !matches!(found.size, 1..=8) {
+                    return Err(format!(
+                        "{variable} {member} has {} bytes, but must have 1 to 8",
+                        found.size
+                    ));
+                }
+                *place = Some(found);
+            }
+        }
+        Ok(())
+    }
+
     fn add(&mut self, line: &str) -> Result<(), String> {
         let say = |error: serde_json::Error| error.to_string();
         let mut object: Map<String, Value> = serde_json::from_str(line).map_err(say)?;
@@ -138,6 +170,9 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::BitError { bits, .. } if !matches!(bits, 1 | 2) => {
             Err(format!("bits is {bits}, but must be 1 or 2"))
         }
+        Fault::DmaSlip { adc, .. } if !(1..=5).contains(adc) => {
+            Err(format!("adc is {adc}, but must be 1 to 5"))
+        }
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(
             format!("address is {address:#010x}, but flash is 0x08000000 to 0x0807ffff"),
         ),
@@ -170,6 +205,31 @@ mod tests {
     }
 
     #[test]
+    fn a_variable_gets_its_place_and_one_that_is_not_there_is_told() {
+        let line =
+            "{\"at_s\":0,\"fault\":\"preset\",\"variable\":\"A\",\"member\":\"b.c\",\"value\":5}";
+        let mut timeline = Timeline::parse(line).unwrap();
+        let missing = |variable: &str, member: &str| Err(format!("no {variable} {member}"));
+        assert_eq!(timeline.locate(missing), Err("no A b.c".to_owned()));
+        let large = |_: &str, _: &str| {
+            Ok(Place {
+                address: 0x2000_0000,
+                size: 9,
+            })
+        };
+        assert!(timeline.locate(large).unwrap_err().contains("9 bytes"));
+        let at = Place {
+            address: 0x2000_0000,
+            size: 8,
+        };
+        timeline.locate(|_, _| Ok(at)).unwrap();
+        let placed = timeline.take_timed().unwrap();
+        assert!(
+            matches!(placed, Fault::Preset { value: 5, place: Some(place), .. } if place == at)
+        );
+    }
+
+    #[test]
     fn addresses_are_hexadecimal() {
         let mut timeline = Timeline::parse(
             "{\"at_s\":0,\"fault\":\"bit_error\",\"address\":\"0x0804_0010\",\"bits\":1}",
@@ -195,6 +255,10 @@ mod tests {
             (
                 "{\"at_s\":1,\"fault\":\"bit_error\",\"address\":\"0x08040000\",\"bits\":3}",
                 "1 or 2",
+            ),
+            (
+                "{\"at_s\":1,\"fault\":\"dma_slip\",\"adc\":6,\"result\":\"lost\"}",
+                "1 to 5",
             ),
             (
                 "{\"at_s\":1,\"fault\":\"bit_error\",\"address\":\"0x20000000\",\"bits\":1}",

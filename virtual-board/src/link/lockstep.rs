@@ -54,6 +54,7 @@ pub fn print_counts(machine: &Machine) {
             serde_json::json!({
                 "executed": machine.executed(),
                 "counts": counts,
+                "masked": machine.masked(),
                 "triggers": machine.bus().triggers.runs(),
             })
         );

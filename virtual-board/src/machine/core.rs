@@ -10,6 +10,7 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, RegisterARM, Unicorn, uc_error};
 use super::context::{Context, Pause, Sleep};
 use super::counting::{Count, Counting};
 use super::hooks::{self, masks_of, register_of};
+use super::masking::Stretch;
 use super::stop::{BuildError, Stop};
 use super::stub::{NOWHERE, STUB_BASE, Stub};
 use crate::bus::Bus;
@@ -64,6 +65,11 @@ impl Machine {
     /// The counts; `None` if counting is off.
     pub fn counts(&self) -> Option<&[Count]> {
         self.context().counting.as_ref().map(Counting::counts)
+    }
+
+    /// The longest stretch with masked interrupts; `None` if counting is off.
+    pub fn masked(&self) -> Option<&Stretch> {
+        self.context().counting.as_ref().map(Counting::masked)
     }
 
     /// Sets the counts to zero.

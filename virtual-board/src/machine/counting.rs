@@ -8,6 +8,8 @@
 
 use serde::Serialize;
 
+use super::masking::{Masking, Named, Stretch};
+
 /// The object of a count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
@@ -80,9 +82,24 @@ pub struct Counting {
     entered: Vec<u64>,
     /// Instructions of exceptions that interrupted each depth; depth 0 is thread mode.
     away: Vec<u64>,
+    /// Stretches with masked interrupts.
+    pub(super) masking: Masking,
 }
 
 impl Counting {
+    /// Counts in a firmware with these functions, in the order of their addresses.
+    pub fn new(functions: Vec<Named>) -> Self {
+        Self {
+            masking: Masking::new(functions),
+            ..Self::default()
+        }
+    }
+
+    /// The longest stretch with masked interrupts since counting was last begun.
+    pub fn masked(&self) -> &Stretch {
+        self.masking.longest()
+    }
+
     /// Counts a target from now on.
     pub fn add(&mut self, target: Target, name: &str, symbol: &str) {
         self.targets.push(target);
@@ -109,6 +126,7 @@ impl Counting {
     /// Sets the counts to zero; a call under way counts when it returns.
     pub fn begin(&mut self) {
         self.executed_before = self.executed;
+        self.masking.begin();
         for count in &mut self.counts {
             (count.calls, count.total) = (0, 0);
             (count.instructions, count.with_interruptions) = (Range::EMPTY, Range::EMPTY);
@@ -182,6 +200,7 @@ impl Counting {
     pub(super) fn reset(&mut self) {
         self.calls.clear();
         self.entered.clear();
+        self.masking.reset();
     }
 
     fn away_at(&mut self, depth: usize) -> &mut u64 {

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use unicorn_engine::{HookType, MemType, Prot, RegisterARM, TlbEntry, TlbType, Unicorn, uc_error};
 
 use super::context::{Context, Pause};
+use super::counting::Counting;
 use super::faults::BadAccess;
 use super::instructions::{self, BlockInfo};
 use super::mapping::{map_memories, map_registers};
@@ -124,7 +125,7 @@ fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
         .get(address, size)
         .unwrap_or_else(|| decode_block(uc, area, address, size));
     if uc.get_data().counting.is_some() {
-        count(uc, address, info.instructions);
+        count(uc, address, info);
     }
     let context = uc.get_data_mut();
     context.block_end = address.wrapping_add(size);
@@ -133,18 +134,28 @@ fn on_block(uc: &mut Unicorn<'_, Context>, address: u64, size: u32) {
 }
 
 /// Reports a block that is about to run to the counting.
-fn count(uc: &mut Unicorn<'_, Context>, address: u32, instructions: u32) {
+fn count(uc: &mut Unicorn<'_, Context>, address: u32, info: BlockInfo) {
     let registers = uc
         .get_data()
         .counting
         .as_ref()
         .is_some_and(|counting| counting.looks_at(address))
         .then(|| [RegisterARM::SP, RegisterARM::LR].map(|register| register_of(uc, register)));
-    if let Some(counting) = &mut uc.get_data_mut().counting {
+    let stale = |counting: &Counting| counting.masking.stale;
+    let masks = uc.get_data().counting.as_ref().is_some_and(stale);
+    let masks = masks.then(|| masks_of(uc));
+    let context = uc.get_data_mut();
+    if let Some(counting) = &mut context.counting {
         if let Some([stack, link]) = registers {
             counting.arrive(address, stack, link);
         }
-        counting.execute(instructions);
+        if let Some(masks) = masks {
+            let nvic = &context.bus.nvic;
+            let masked = nvic.masked_priority(masks) < nvic.running_priority();
+            counting.masking.arrive(masked, address, context.cycles);
+        }
+        counting.masking.stale = info.changes_masks;
+        counting.execute(info.instructions);
     }
 }
 
@@ -176,6 +187,7 @@ fn decode_block(uc: &mut Unicorn<'_, Context>, area: usize, address: u32, size: 
         return BlockInfo {
             instructions: 0,
             sends_event: false,
+            changes_masks: false,
         };
     }
     let mut code = vec![0; size as usize];
@@ -183,6 +195,7 @@ fn decode_block(uc: &mut Unicorn<'_, Context>, area: usize, address: u32, size: 
         return BlockInfo {
             instructions: 1,
             sends_event: false,
+            changes_masks: false,
         };
     }
     let info = instructions::decode(&code);

@@ -6,6 +6,7 @@ use super::context::Sleep;
 use super::core::Machine;
 use super::stop::Stop;
 use super::stub::LOOP_AT;
+use crate::firmware::variables::Place;
 use crate::injection::Fault;
 use crate::injection::timeline::Timeline;
 use crate::memory::FLASH_BASE;
@@ -89,6 +90,7 @@ impl Machine {
                     .map_err(Stop::FlashFile)?;
             }
             Fault::DmaStall { of, duration_us } => self.bus_mut().stall_dma(of, duration_us),
+            Fault::DmaSlip { adc, result } => self.bus_mut().slip_dma(adc, result),
             Fault::FlashStall { duration_us } => self.bus_mut().stall_flash(duration_us),
             Fault::TriggerStall { duration_us } => self.bus_mut().stall_triggers(duration_us),
             Fault::Line {
@@ -96,6 +98,13 @@ impl Machine {
                 effect,
                 characters,
             } => self.bus_mut().lpuart.disturb(towards, effect, characters),
+            Fault::Preset { place, value, .. } => {
+                if let Some(Place { address, size }) = place {
+                    let bytes = &value.to_le_bytes()[..size as usize];
+                    // The symbol of a static lies in RAM, which is there.
+                    let _ = self.uc.mem_write(u64::from(address), bytes);
+                }
+            }
         }
         Ok(())
     }

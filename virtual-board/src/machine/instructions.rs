@@ -1,8 +1,9 @@
-//! The number of instructions of a basic block, and whether it sends an event.
+//! The number of instructions of a basic block, whether it sends an event, and whether it may change a mask.
 //!
 //! The emulator reports a block by address and size in bytes. Thumb instructions are two or four bytes long, so each
 //! block is decoded once and remembered. The decoder also looks for SEV, which the emulator treats as no operation. A
-//! SEV that a condition skips counts too; the core then wakes once without an event, as the architecture allows.
+//! SEV that a condition skips counts too; the core then wakes once without an event, as the architecture allows. CPS and
+//! MSR, which end their block, are the instructions that change the masks.
 
 /// The facts about a block that the processor model needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,11 +12,14 @@ pub struct BlockInfo {
     pub instructions: u32,
     /// Whether one of them is SEV.
     pub sends_event: bool,
+    /// Whether one of them is CPS or MSR.
+    pub changes_masks: bool,
 }
 
 const KNOWN: u32 = 1 << 31;
 const EVENT: u32 = 1 << 30;
-const COUNT_SHIFT: u32 = 15;
+const MASKS: u32 = 1 << 29;
+const COUNT_SHIFT: u32 = 14;
 const FIELD: u32 = (1 << COUNT_SHIFT) - 1;
 
 /// Decoded blocks of one memory, indexed by the half-word at which they begin.
@@ -43,6 +47,7 @@ impl BlockTable {
         (entry & (KNOWN | FIELD) == KNOWN | size).then_some(BlockInfo {
             instructions: (entry >> COUNT_SHIFT) & FIELD,
             sends_event: entry & EVENT != 0,
+            changes_masks: entry & MASKS != 0,
         })
     }
 
@@ -54,6 +59,7 @@ impl BlockTable {
         {
             *entry = KNOWN
                 | u32::from(info.sends_event) << 30
+                | u32::from(info.changes_masks) << 29
                 | info.instructions << COUNT_SHIFT
                 | (size & FIELD);
         }
@@ -72,6 +78,7 @@ pub fn decode(code: &[u8]) -> BlockInfo {
     let mut info = BlockInfo {
         instructions: 0,
         sends_event: false,
+        changes_masks: false,
     };
     let mut halves = code
         .chunks_exact(2)
@@ -79,9 +86,14 @@ pub fn decode(code: &[u8]) -> BlockInfo {
     while let Some(first) = halves.next() {
         info.instructions += 1;
         info.sends_event |= first == SEV;
+        // CPSIE and CPSID; the second half of MSR is 0b1000 and the mask, then the number of the register.
+        info.changes_masks |= first & 0xFFE8 == 0xB660;
         // 0b11101, 0b11110 and 0b11111 begin a 32-bit instruction (ARMv7-M A5.1).
         if first >> 11 >= 0b11101 {
-            info.sends_event |= halves.next() == Some(SEV_WIDE[1]) && first == SEV_WIDE[0];
+            let second = halves.next();
+            info.sends_event |= second == Some(SEV_WIDE[1]) && first == SEV_WIDE[0];
+            info.changes_masks |=
+                first & 0xFFF0 == 0xF380 && second.is_some_and(|second| second >> 12 == 0b1000);
         }
     }
     info
@@ -99,7 +111,8 @@ mod tests {
             decode(&code),
             BlockInfo {
                 instructions: 3,
-                sends_event: false
+                sends_event: false,
+                changes_masks: false,
             }
         );
     }
@@ -113,11 +126,27 @@ mod tests {
     }
 
     #[test]
+    fn finds_cps_and_msr_but_not_mrs() {
+        // cpsid i; cpsie i; msr primask, r4; msr basepri_max, r0
+        for code in [
+            &[0x72, 0xB6][..],
+            &[0x62, 0xB6],
+            &[0x84, 0xF3, 0x10, 0x88],
+            &[0x80, 0xF3, 0x12, 0x88],
+        ] {
+            assert!(decode(code).changes_masks, "{code:x?}");
+        }
+        // mrs r4, primask
+        assert!(!decode(&[0xEF, 0xF3, 0x10, 0x84]).changes_masks);
+    }
+
+    #[test]
     fn a_block_of_another_length_is_not_the_one_remembered() {
         let mut table = BlockTable::new(0x0800_0000, 1024);
         let info = BlockInfo {
             instructions: 5,
             sends_event: true,
+            changes_masks: true,
         };
         table.insert(0x0800_0010, 12, info);
         assert_eq!(table.get(0x0800_0010, 12), Some(info));

@@ -15,6 +15,7 @@ mod hooks;
 mod inject;
 pub mod instructions;
 mod mapping;
+pub mod masking;
 mod rest;
 pub mod stop;
 mod stub;

@@ -14,6 +14,11 @@ impl Code {
         Self::default()
     }
 
+    /// The program's half-words.
+    pub fn halves(&self) -> Vec<u16> {
+        self.halves.clone()
+    }
+
     /// The program's bytes.
     pub fn bytes(&self) -> Vec<u8> {
         self.halves

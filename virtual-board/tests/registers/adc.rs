@@ -23,6 +23,7 @@ const ADSTART: u32 = 1 << 2;
 const ADSTP: u32 = 1 << 4;
 const ADVREGEN: u32 = 1 << 28;
 const DEEPPWD: u32 = 1 << 29;
+const CALFACT: u32 = 0xB4;
 const ADCAL: u32 = 1 << 31;
 /// EXTEN rising, EXTSEL = 13 (TIM6_TRGO).
 const ON_TIM6: u32 = 1 << 10 | 13 << 5;
@@ -314,4 +315,56 @@ fn common_clock_is_locked_while_a_converter_is_on() {
         37_500_000,
         "CKMODE divides the bus clock"
     );
+}
+
+/// The sum of sixteen conversions at half of the reference with the factor in use, after switching on at `at`.
+fn converted(adc: &mut Adc, at: u64) -> u32 {
+    adc.write(CR, ADVREGEN | ADEN, at).unwrap();
+    run(adc, at + 1_000, 0.5);
+    adc.write(CFGR2, 1 | 3 << 2, at + 1_000).unwrap();
+    adc.write(CR, ADVREGEN | ADSTART, at + 1_000).unwrap();
+    run(adc, at + 1_000_000, 0.5);
+    adc.read(DR).unwrap()
+}
+
+/// Calibrates a converter that is off.
+fn calibrate(adc: &mut Adc) -> u32 {
+    adc.write(CR, ADVREGEN, 0).unwrap();
+    adc.write(CR, ADVREGEN | ADCAL, 0).unwrap();
+    run(adc, 1_000, 0.0);
+    adc.read(CALFACT).unwrap()
+}
+
+#[test]
+fn a_factor_scatters_by_one_lsb_and_the_codes_with_it_until_it_is_written_back() {
+    let mut adc = Adc::new(PERFECT, super::noise());
+    adc.set_clock(37_500_000, 150_000_000);
+    let first = calibrate(&mut adc);
+    assert_eq!(converted(&mut adc, 10_000), 16 * 2_048);
+    let mut found = std::collections::BTreeSet::new();
+    for _ in 0..40 {
+        adc.reset();
+        let factor = calibrate(&mut adc);
+        found.insert(factor as i32 - 0x40);
+        let off = factor as i32 - first as i32;
+        assert_eq!(converted(&mut adc, 10_000) as i32, 16 * (2_048 + off));
+        adc.write(CALFACT, first, 2_000_000).unwrap();
+        adc.write(CR, ADVREGEN | ADSTART, 2_000_000).unwrap();
+        run(&mut adc, 3_000_000, 0.5);
+        assert_eq!(adc.read(DR), Ok(16 * 2_048));
+    }
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), [-1, 0, 1]);
+}
+
+#[test]
+fn a_factor_is_written_only_while_the_converter_is_on_and_does_not_convert() {
+    let mut adc = powered(PERFECT);
+    assert!(adc.write(CALFACT, 0x41, 0).is_err());
+    let mut adc = ready(PERFECT);
+    adc.write(CALFACT, 0x41, 100).unwrap();
+    assert_eq!(adc.read(CALFACT), Ok(0x41));
+    adc.write(CFGR, ON_TIM6, 100).unwrap();
+    adc.write(CR, ADVREGEN | ADSTART, 100).unwrap();
+    assert!(adc.write(CALFACT, 0x42, 200).is_err());
+    assert_eq!(adc.read(CALFACT), Ok(0x41));
 }

@@ -22,7 +22,8 @@ pub fn requests() -> Vec<(Request, Right)> {
     };
     let slow = 1 << 40;
     let mut requests: Vec<(Request, Right)> = Vec::new();
-    // Above Nyquist, above a tenth of the rate, at zero; no periods at all, and more than can be summed.
+    // Above Nyquist, above a tenth of the rate, at zero; no periods at all, and more than can be summed, or
+    // settle.
     for increment in [
         u64::MAX,
         1 << 63,
@@ -37,6 +38,11 @@ pub fn requests() -> Vec<(Request, Right)> {
     }
     for blocks in [0, u32::MAX] {
         requests.push((drive(slow, 0, blocks), |refusal| {
+            matches!(refusal, Refusal::Drive(_))
+        }));
+    }
+    for settle in [(1 << 21) + 1, u32::MAX] {
+        requests.push((drive(slow, settle, 1), |refusal| {
             matches!(refusal, Refusal::Drive(_))
         }));
     }

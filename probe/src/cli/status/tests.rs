@@ -30,6 +30,7 @@ fn events() -> Events {
         receiver_errors: event(),
         flash_corrections: event(),
         torn_words: EventCount::NONE,
+        slips: EventCount::NONE,
     }
 }
 
@@ -213,6 +214,7 @@ fn the_document_has_every_figure_under_its_key() {
             "receiver_errors": event(1_024, 11.011),
             "flash_corrections": event(2_048, 12.012),
             "torn_words": {"count": 0, "last_uptime_s": null},
+            "slips": {"count": 0, "last_uptime_s": null},
         },
         "first_with_set_ms": 321,
         "sample_path": {

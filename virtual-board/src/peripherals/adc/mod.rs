@@ -10,13 +10,18 @@
 //! Each of the N conversions is quantised by itself with its own noise; all see the voltage at the mean instant of
 //! their sample-and-holds. The registers guard themselves as the manual says: bits that only set, fields that are
 //! ignored while the converter is on or busy, triggers that are ignored while a sequence runs, overrun that stops DMA
-//! requests until it is cleared. Not modelled: injected conversions, watchdogs, offsets, dual and differential mode,
+//! requests until it is cleared.
+//!
+//! Each calibration finds a factor that scatters by one LSB around the converter's own. The imperfection is what remains with
+//! the factor of the first one since power-on; with another factor every code is off by the difference. A converter that was
+//! never calibrated has no further error. Not modelled: injected conversions, watchdogs, offsets, dual and differential mode,
 //! discontinuous mode, auto-delay.
 
 mod common;
 mod registers;
 
 use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng as _;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
 
@@ -48,6 +53,11 @@ const CONT: u32 = 13;
 const CALIBRATION_CLOCKS: u64 = 116;
 const ENABLE_CLOCKS: u64 = 15;
 const DISABLE_CLOCKS: u64 = 4;
+/// Factor of a calibration, without its scatter, and the bits of one in CALFACT.
+const FACTOR: u32 = 0x40;
+const FACTOR_MASK: u32 = 0x7F;
+/// Set in the stream of random numbers that the scatter is drawn from.
+const SCATTER_STREAM: u64 = 1 << 32;
 /// From trigger to the start of sampling, in half cycles of the ADC clock (same table, asynchronous clock, typical).
 const TRIGGER_LATENCY_HALF_CLOCKS: u64 = 4;
 
@@ -88,6 +98,11 @@ pub struct Adc {
     thresholds: [u32; 3],
     difsel: u32,
     calfact: u32,
+    scatter: ChaCha8Rng,
+    /// Factor of the first calibration since power-on.
+    first_factor: Option<u32>,
+    /// Whether the analog part uses CALFACT: since the last reset it was found or written.
+    corrected: bool,
     dr: u32,
     /// End of a calibration, of switching on or of switching off.
     transition_at: Cycles,
@@ -99,6 +114,8 @@ pub struct Adc {
 impl Adc {
     /// A converter after reset, with its imperfection and the source of its noise.
     pub fn new(imperfection: Imperfection, noise: ChaCha8Rng) -> Self {
+        let mut scatter = noise.clone();
+        scatter.set_stream(noise.get_stream() | SCATTER_STREAM);
         Self {
             imperfection,
             noise,
@@ -114,6 +131,9 @@ impl Adc {
             thresholds: [0x0FFF_0000, 0x00FF_0000, 0x00FF_0000],
             difsel: 0,
             calfact: 0,
+            scatter,
+            first_factor: None,
+            corrected: false,
             dr: 0,
             transition_at: NEVER,
             conversion: None,
@@ -121,12 +141,14 @@ impl Adc {
         }
     }
 
-    /// Back to the state after reset; imperfection, noise and clock stay.
+    /// Back to the state after reset; imperfection, noise, clock and the first factor stay.
     pub fn reset(&mut self) {
         let fresh = Self::new(self.imperfection, self.noise.clone());
         *self = Self {
             adc_hz: self.adc_hz,
             core_hz: self.core_hz,
+            scatter: self.scatter.clone(),
+            first_factor: self.first_factor,
             ..fresh
         };
     }
@@ -195,12 +217,14 @@ impl Adc {
     fn finish_transition(&mut self) {
         if self.cr & ADCAL != 0 {
             self.cr &= !ADCAL;
-            // A plausible factor: half of the range. The model's errors are what remains after calibration.
-            self.calfact = if self.cr & ADCALDIF != 0 {
-                self.calfact | 0x40 << 16
+            let factor = FACTOR - 1 + self.scatter.next_u32() % 3;
+            if self.cr & ADCALDIF != 0 {
+                self.calfact = self.calfact & FACTOR_MASK | factor << 16;
             } else {
-                self.calfact | 0x40
-            };
+                self.calfact = self.calfact & FACTOR_MASK << 16 | factor;
+                self.first_factor.get_or_insert(factor);
+                self.corrected = true;
+            }
         } else if self.cr & ADDIS != 0 {
             self.cr &= !(ADDIS | ADEN);
             self.isr &= !ADRDY;
@@ -254,8 +278,9 @@ impl Adc {
     /// The sum of a rank's conversions of an input at `fraction` of the reference.
     fn convert(&mut self, fraction: f64) -> u32 {
         let dropped_bits = 2 * field(self.cfgr, 3, 2);
-        let ideal =
-            fraction * 4096.0 * (1.0 + self.imperfection.gain_error) + self.imperfection.offset_lsb;
+        let ideal = fraction * 4096.0 * (1.0 + self.imperfection.gain_error)
+            + self.imperfection.offset_lsb
+            + self.correction_lsb();
         let sum: u32 = (0..self.conversions_per_rank())
             .map(|_| {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
@@ -270,6 +295,16 @@ impl Adc {
         let shift = field(self.cfgr2, 5, 4).min(8);
         let half = if shift == 0 { 0 } else { 1 << (shift - 1) };
         ((sum + half) >> shift) & 0xFFFF
+    }
+
+    /// What the factor in use adds, LSB.
+    fn correction_lsb(&self) -> f64 {
+        match self.first_factor {
+            Some(first) if self.corrected => {
+                f64::from(self.calfact & FACTOR_MASK) - f64::from(first)
+            }
+            _ => 0.0,
+        }
     }
 
     fn finish(&mut self, conversion: Conversion, code: u32) {

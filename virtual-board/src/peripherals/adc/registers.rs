@@ -2,7 +2,7 @@
 
 use super::{
     ADCAL, ADCALDIF, ADDIS, ADEN, ADSTART, ADSTP, ADVREGEN, Adc, CALIBRATION_CLOCKS, DEEPPWD,
-    DISABLE_CLOCKS, ENABLE_CLOCKS, EOC,
+    DISABLE_CLOCKS, ENABLE_CLOCKS, EOC, FACTOR_MASK,
 };
 use crate::peripherals::{Cycles, NO_SUCH_REGISTER, Read, Unmodelled, Write};
 
@@ -67,7 +67,15 @@ impl Adc {
                     return Err(Unmodelled("differential inputs"));
                 }
             }
-            0xB4 => self.calfact = value,
+            0xB4 if busy || !self.enabled() => {
+                return Err(Unmodelled(
+                    "ignored by hardware: CALFACT written while ADEN is clear or ADSTART is set",
+                ));
+            }
+            0xB4 => {
+                self.calfact = value & (FACTOR_MASK << 16 | FACTOR_MASK);
+                self.corrected = true;
+            }
             0x4C | 0x60..=0x6C | 0xA0 | 0xA4 | 0xC0 if value == 0 => {}
             _ => return Err(NO_SUCH_REGISTER),
         }

@@ -1,4 +1,5 @@
-//! Voltages on the pins for counting: of every kind that a branch on data could tell apart.
+//! Voltages on the pins: for counting, of every kind that a branch on data could tell apart; or steady, and different for
+//! each channel.
 //!
 //! Stands in for the twin at the board's pins (see docs/virtual-bench.md).
 
@@ -13,7 +14,7 @@ use hexsense_core::channel::INERTIAL;
 use serde_json::json;
 
 /// Pins of the fifteen channels in the order of a scan.
-const PINS: [&str; 15] = [
+pub const PINS: [&str; 15] = [
     "PA0", "PA1", "PB0", "PB1", "PB11", "PB12", "PB14", "PC0", "PC1", "PA4", "PA6", "PA7", "PB2",
     "PB15", "PC4",
 ];
@@ -26,6 +27,9 @@ const SUPPLY_V: f32 = FACTS.nominal_supply_v;
 /// Beyond the supply, so that every conversion gives the largest count.
 const SATURATED_V: f32 = 4.0;
 
+/// Steady voltages are multiples of this, one for the first channel.
+pub const STEP_V: f64 = 0.2;
+
 /// A bench of voltages, until it is dropped with its board.
 pub struct Pins {
     address: String,
@@ -34,19 +38,29 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// Listens for one board.
+    /// Listens for one board, with voltages of every kind.
     pub fn start() -> anyhow::Result<Self> {
-        let listener = TcpListener::bind("127.0.0.1:0")?;
-        let address = format!("tcp:{}", listener.local_addr()?);
         let moves = Arc::new(AtomicBool::new(true));
         let shared = Arc::clone(&moves);
-        thread::spawn(move || {
-            if let Ok((board, _)) = listener.accept() {
-                // It ends when the board goes away.
-                let _ = serve(board, &shared);
-            }
-        });
+        let mut random = 0x2545_F491_u32;
+        let address = listen(1.5, move |step| {
+            let kind = step / (CHUNK_STEPS * CHUNKS_OF_A_KIND) % 4;
+            row(step, kind, shared.load(Ordering::Relaxed), &mut random)
+        })?;
         Ok(Self { address, moves })
+    }
+
+    /// Listens for one board, with steady voltages and no noise: the channel with index n has (n + 1) times [`STEP_V`].
+    pub fn steady() -> anyhow::Result<Self> {
+        let steps = (1..=PINS.len()).map(|step| (step as f64 * STEP_V) as f32);
+        let row: Vec<u8> = steps
+            .chain([30.0, SUPPLY_V])
+            .flat_map(f32::to_le_bytes)
+            .collect();
+        Ok(Self {
+            address: listen(0.0, move |_| row.clone())?,
+            moves: Arc::default(),
+        })
     }
 
     /// Where the board finds it.
@@ -60,9 +74,30 @@ impl Pins {
     }
 }
 
-fn serve(mut board: TcpStream, moves: &AtomicBool) -> std::io::Result<()> {
+/// Serves one board; returns the address at which it does.
+fn listen(
+    noise_lsb: f64,
+    mut row: impl FnMut(usize) -> Vec<u8> + Send + 'static,
+) -> anyhow::Result<String> {
+    let listener = TcpListener::bind("127.0.0.1:0")?;
+    let address = format!("tcp:{}", listener.local_addr()?);
+    thread::spawn(move || {
+        if let Ok((board, _)) = listener.accept() {
+            // It ends when the board goes away.
+            let _ = serve(board, noise_lsb, &mut row);
+        }
+    });
+    Ok(address)
+}
+
+/// Sends the row of each step.
+fn serve(
+    mut board: TcpStream,
+    noise_lsb: f64,
+    row: &mut dyn FnMut(usize) -> Vec<u8>,
+) -> std::io::Result<()> {
     let columns: Vec<_> = PINS.into_iter().chain(["temp_c", "vdda_v"]).collect();
-    let adc = json!({"gain_error": 0.0, "offset_lsb": 0.0, "noise_lsb": 1.5});
+    let adc = json!({"gain_error": 0.0, "offset_lsb": 0.0, "noise_lsb": noise_lsb});
     let greeting = json!({
         "protocol": "hexsense-pins 1", "step_s": STEP_S, "chunk_steps": CHUNK_STEPS, "columns": columns,
         "board": {
@@ -72,7 +107,6 @@ fn serve(mut board: TcpStream, moves: &AtomicBool) -> std::io::Result<()> {
     });
     board.set_nodelay(true)?;
     board.write_all(format!("{greeting}\n").as_bytes())?;
-    let mut random = 0x2545_F491_u32;
     let mut last = Vec::new();
     for chunk in 0.. {
         board.read_exact(&mut [0])?;
@@ -80,8 +114,7 @@ fn serve(mut board: TcpStream, moves: &AtomicBool) -> std::io::Result<()> {
         let mut rows = std::mem::take(&mut last);
         let first = usize::from(!rows.is_empty());
         for step in chunk * CHUNK_STEPS + first..=(chunk + 1) * CHUNK_STEPS {
-            let kind = chunk / CHUNKS_OF_A_KIND % 4;
-            last = row(step, kind, moves.load(Ordering::Relaxed), &mut random);
+            last = row(step);
             rows.extend_from_slice(&last);
         }
         board.write_all(&rows)?;
