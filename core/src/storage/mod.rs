@@ -83,6 +83,7 @@ pub struct Storage<F: NorFlash> {
     active: Option<Active>,
     authority: Authority,
     upload: Option<Upload>,
+    read_only: bool,
 }
 
 impl<F: NorFlash> Storage<F> {
@@ -99,6 +100,17 @@ impl<F: NorFlash> Storage<F> {
             active: None,
             authority: Authority::default(),
             upload: None,
+            read_only: false,
+        }
+    }
+
+    /// Never writes nor erases the flash: the chip's option bytes forbid it. Everything can be read, and each change is
+    /// refused as [`Refusal::OptionBytes`].
+    #[must_use]
+    pub fn read_only(self) -> Self {
+        Self {
+            read_only: true,
+            ..self
         }
     }
 
@@ -126,6 +138,11 @@ impl<F: NorFlash> Storage<F> {
         random: impl AsyncFnOnce(&mut Challenge) -> bool,
     ) -> Result<Response, Refusal> {
         match command {
+            StorageCommand::Change(..) | StorageCommand::Chunk(..) | StorageCommand::Commit
+                if self.read_only =>
+            {
+                Err(Refusal::OptionBytes)
+            }
             StorageCommand::ActiveSet => Ok(Response::ActiveSet(
                 self.active.as_ref().map(|active| active.set),
             )),

@@ -138,6 +138,9 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::BitError { bits, .. } if !matches!(bits, 1 | 2) => {
             Err(format!("bits is {bits}, but must be 1 or 2"))
         }
+        Fault::Crystal { drift } if !(2..=12).contains(drift) => {
+            Err(format!("drift is {drift}, but must be 2 to 12"))
+        }
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(
             format!("address is {address:#010x}, but flash is 0x08000000 to 0x0807ffff"),
         ),
@@ -189,6 +192,7 @@ mod tests {
         assert!(line == 2 && said.contains("earthquake"), "{said}");
         for (line, hint) in [
             ("{\"fault\":\"pin_reset\"}", "expected either at_s"),
+            ("{\"at_s\":1,\"fault\":\"crystal\",\"drift\":1}", "2 to 12"),
             ("{\"at_s\":-1,\"fault\":\"pin_reset\"}", "-1"),
             ("{\"at_s\":1,\"fault\":\"brown_out\"}", "ram_kept"),
             ("{\"at_s\":1,\"fault\":\"hang\",\"exeption\":0}", "exeption"),
