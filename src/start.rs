@@ -74,7 +74,8 @@ fn main() -> ! {
     let link = LINK.start(pins::LINK_VECTOR);
     link.spawn(link::talk(parts.serial, origin, shared).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
-        background.spawn(storage::store(parts.flash, parts.random, board, options, shared).unwrap());
+        background
+            .spawn(storage::store(parts.flash, parts.random, board, options, shared).unwrap());
         background.spawn(pose::find(shared).unwrap());
         background.spawn(harmonics::solve(shared).unwrap());
         background.spawn(supply::measure(parts.supply, shared).unwrap());

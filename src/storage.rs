@@ -44,7 +44,7 @@ pub async fn store(
     let region = Flash::new(flash, Irqs).into_regions().bank2_region;
     let mut storage = Storage::new(region, FACTS.flash, board);
     if !options.allow_changes() {
-        storage = storage.read_only();
+        storage.forbid_changes();
     }
     let mut published = None;
     let loaded = storage.load().await;

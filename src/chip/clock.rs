@@ -97,9 +97,7 @@ fn start_crystal() -> Source {
 /// Brings core and buses from half the system clock to all of it. LPUART1 and the timer of the time driver keep their
 /// 75 MHz through the dividers of their buses; the other timers of bus 1, the trigger among them, get 150 MHz.
 pub fn go_full_speed() {
-    pac::FLASH
-        .acr()
-        .modify(|acr| acr.set_latency(Latency::WS4));
+    pac::FLASH.acr().modify(|acr| acr.set_latency(Latency::WS4));
     while pac::FLASH.acr().read().latency() != Latency::WS4 {}
     cortex_m::asm::delay(CORE_HZ / 2 / 1_000_000);
     pac::RCC.cfgr().modify(|cfgr| {

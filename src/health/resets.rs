@@ -108,7 +108,16 @@ fn to_words(resets: &Resets) -> [u32; 8] {
 }
 
 fn from_words(
-    [starts, brown_outs, pin, software, panics, watchdog, other, crystal]: [u32; 8],
+    [
+        starts,
+        brown_outs,
+        pin,
+        software,
+        panics,
+        watchdog,
+        other,
+        crystal,
+    ]: [u32; 8],
 ) -> Resets {
     Resets {
         starts,

@@ -104,14 +104,10 @@ impl<F: NorFlash> Storage<F> {
         }
     }
 
-    /// Never writes nor erases the flash: the chip's option bytes forbid it. Everything can be read, and each change is
-    /// refused as [`Refusal::OptionBytes`].
-    #[must_use]
-    pub fn read_only(self) -> Self {
-        Self {
-            read_only: true,
-            ..self
-        }
+    /// Never writes nor erases the flash from now on, because the chip's option bytes do not allow it. Everything can be
+    /// read, and each change is refused as [`Refusal::OptionBytes`].
+    pub fn forbid_changes(&mut self) {
+        self.read_only = true;
     }
 
     /// Whether there is a key.
