@@ -10,15 +10,19 @@
 //! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `option_bytes` | each kind of change, on chips whose option bytes forbid or allow it |
+//! | `clock` | failures of the crystal, at many moments, with a PLL that drifts to any fraction |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
 mod authority;
 mod captures;
+mod clock;
 mod counted;
 mod gaps;
 mod hostile;
 mod no_loss;
+mod option_bytes;
 mod outcome;
 mod power_cut;
 mod recovery;
@@ -51,7 +55,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 9] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +63,8 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "option_bytes",
+    "clock",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -81,7 +87,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let outcomes = carry_out(trials);
     if !arguments.json {
-        println!("promise    injected  minimum   lost");
+        println!("promise      injected  minimum   lost");
     }
     for outcome in &outcomes {
         println!(
@@ -110,6 +116,8 @@ struct Size {
     resets: u64,
     forgeries: u64,
     soak_s: u64,
+    options_every: usize,
+    crystal: clock::Extent,
 }
 
 impl Size {
@@ -123,6 +131,12 @@ impl Size {
         resets: 12,
         forgeries: 80,
         soak_s: 3_600,
+        options_every: 1,
+        crystal: clock::Extent {
+            starting: 60,
+            streaming: 40,
+            writing: 20,
+        },
     };
     const SHORT: Self = Self {
         uploads: 2,
@@ -134,6 +148,12 @@ impl Size {
         resets: 1,
         forgeries: 5,
         soak_s: 40,
+        options_every: 7,
+        crystal: clock::Extent {
+            starting: 10,
+            streaming: 7,
+            writing: 3,
+        },
     };
 }
 
@@ -178,6 +198,10 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
             authority::forge(seed, size.forgeries)
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
+        Trial::one(&["option_bytes"], move || {
+            option_bytes::combine(seed, size.options_every)
+        }),
+        Trial::one(&["clock"], move || clock::fail(seed, &size.crystal)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
