@@ -22,6 +22,9 @@ use crate::trial_set::Random;
 const DRIFTS: std::ops::RangeInclusive<u64> = 2..=12;
 /// The chip watches the crystal from this time on, s; before, only the watchdog may notice.
 const WATCHED_S: f64 = 0.01;
+/// The crystal is ready from here on, and is taken into use within this time, s.
+const FIRST_USE_S: f64 = 2.0e-3;
+const FIRST_USE_TAKES_S: f64 = 0.3e-3;
 /// From the failure to a board that samples with its set, s: at once, or after the watchdog has bitten.
 const AT_ONCE_S: f64 = 0.1;
 const BITTEN_S: f64 = 1.3;
@@ -30,7 +33,7 @@ const INTERNAL: f64 = 0.011;
 
 /// How much is tried.
 pub struct Extent {
-    /// Moments in the start.
+    /// Moments in the whole start, and as many while the crystal is taken into use.
     pub starting: u32,
     /// Moments while the board streams.
     pub streaming: u32,
@@ -49,10 +52,12 @@ pub fn fail(seed: u64, extent: &Extent) -> anyhow::Result<Outcome> {
     drop(board);
     bench.keep("before")?;
     let mut drifts = DRIFTS.cycle();
-    let starting =
-        (0..extent.starting).map(|part| WATCHED_S * f64::from(part) / f64::from(extent.starting));
+    let part = |number| f64::from(number) / f64::from(extent.starting);
+    let whole_start = (0..extent.starting).map(|number| WATCHED_S * part(number));
+    let first_use =
+        (0..extent.starting).map(|number| FIRST_USE_S + FIRST_USE_TAKES_S * part(number));
     let streaming = (0..extent.streaming).map(|_| 0.3 + 0.1 * f64::from(random.share()));
-    for at_s in starting.chain(streaming) {
+    for at_s in whole_start.chain(first_use).chain(streaming) {
         let drift = drifts.next();
         outcome.inject();
         let done = failure(&bench, at_s, drift, &account);
@@ -60,7 +65,7 @@ pub fn fail(seed: u64, extent: &Extent) -> anyhow::Result<Outcome> {
     }
     let set = random.set(key_holder.board);
     for part in 0..extent.writing {
-        let (operation, drift) = (1 + 7 * part, drifts.next());
+        let (operation, drift) = (1 + 3 * part, drifts.next());
         bench.restore("before")?;
         outcome.inject();
         let done = while_writing(

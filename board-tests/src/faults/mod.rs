@@ -133,7 +133,7 @@ impl Size {
         soak_s: 3_600,
         options_every: 1,
         crystal: clock::Extent {
-            starting: 60,
+            starting: 30,
             streaming: 40,
             writing: 20,
         },
@@ -150,7 +150,7 @@ impl Size {
         soak_s: 40,
         options_every: 7,
         crystal: clock::Extent {
-            starting: 10,
+            starting: 5,
             streaming: 7,
             writing: 3,
         },

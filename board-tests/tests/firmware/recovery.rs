@@ -282,3 +282,21 @@ fn without_its_crystal_it_comes_back_on_the_internal_oscillator_and_says_so() ->
     }
     Ok(())
 }
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_crystal_that_failed_is_not_trusted_before_the_next_start() -> anyhow::Result<()> {
+    let faults = [
+        json!({"at_s": 0.5, "fault": "crystal", "returns": true}),
+        json!({"at_s": 1.0, "fault": "pin_reset"}),
+    ];
+    let mut board = calibrated("crystal-returns", &faults)?;
+    let line = &mut board.line;
+    run_until_s(line, 0.7)?;
+    assert_eq!(line.identity()?.reset, ResetCause::Crystal);
+    assert!(!line.status()?.crystal, "it is on its crystal");
+    run_until_s(line, 1.2)?;
+    assert_eq!(line.identity()?.reset, ResetCause::Pin);
+    assert!(line.status()?.crystal, "it is not on its crystal");
+    Ok(())
+}

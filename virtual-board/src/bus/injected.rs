@@ -53,10 +53,10 @@ impl Bus {
         self.stalls.triggers = self.later(duration_us);
     }
 
-    /// The crystal stops and never starts again, and a PLL that it drives drifts to `1 / drift` of its frequency; true if
-    /// the core stands still.
-    pub fn stop_crystal(&mut self, drift: u32) -> bool {
-        let watched = self.rcc.stop_crystal(drift, self.now);
+    /// The crystal stops, for good or until the next reset, and a PLL that it drives drifts to `1 / drift` of its
+    /// frequency; true if the core stands still.
+    pub fn stop_crystal(&mut self, drift: u32, returns: bool) -> bool {
+        let watched = self.rcc.stop_crystal(drift, returns, self.now);
         self.change_clocks();
         if watched {
             self.nvic.pend(NMI);

@@ -52,12 +52,14 @@ pub enum Fault {
         #[serde(deserialize_with = "hexadecimal")]
         address: u32,
     },
-    /// The crystal stops and never starts again. A core that runs on it stands still; a PLL that runs on it drifts to a
-    /// fraction of its frequency.
+    /// The crystal stops. A core that runs on it stands still; a PLL that runs on it drifts to a fraction of its frequency.
     Crystal {
         /// The PLL then runs at 1 / drift of its frequency.
         #[serde(default = "usual_drift")]
         drift: u32,
+        /// Whether the crystal works again after the next reset; otherwise it never starts again.
+        #[serde(default)]
+        returns: bool,
     },
     /// A debugger halts the core for a while; everything else runs on.
     Halt {

@@ -138,7 +138,7 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::BitError { bits, .. } if !matches!(bits, 1 | 2) => {
             Err(format!("bits is {bits}, but must be 1 or 2"))
         }
-        Fault::Crystal { drift } if !(2..=12).contains(drift) => {
+        Fault::Crystal { drift, .. } if !(2..=12).contains(drift) => {
             Err(format!("drift is {drift}, but must be 2 to 12"))
         }
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(

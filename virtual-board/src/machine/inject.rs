@@ -75,8 +75,8 @@ impl Machine {
                     self.set_register(RegisterARM::MSP, address);
                 }
             }
-            Fault::Crystal { drift } => {
-                if self.bus_mut().stop_crystal(drift) {
+            Fault::Crystal { drift, returns } => {
+                if self.bus_mut().stop_crystal(drift, returns) {
                     self.context_mut().sleep = Some(Sleep::LockedUp);
                 }
             }

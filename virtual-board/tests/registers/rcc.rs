@@ -153,7 +153,7 @@ fn causes_of_resets_add_up_until_they_are_removed_or_the_supply_dips() {
 fn a_dead_crystal_never_gets_ready_not_even_after_a_reset() {
     let mut rcc = Rcc::new(ResetCause::PowerOn);
     rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
-    assert!(!rcc.stop_crystal(4, 0), "nothing watches it");
+    assert!(!rcc.stop_crystal(4, false, 0), "nothing watches it");
     assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
     rcc.reset(ResetCause::Pin);
     rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
@@ -164,7 +164,7 @@ fn a_dead_crystal_never_gets_ready_not_even_after_a_reset() {
 fn a_pll_without_its_crystal_drifts_to_a_fraction_and_clocks_the_chip_on() {
     let (mut rcc, locked) = on_crystal();
     rcc.write(CFGR, 3, locked).unwrap();
-    assert!(!rcc.stop_crystal(12, locked));
+    assert!(!rcc.stop_crystal(12, false, locked));
     assert_eq!(rcc.clocks().hclk, 12_500_000);
     assert_eq!(rcc.read(CFGR, locked).unwrap() >> 2 & 3, 3, "SWS says PLL");
     assert_eq!(rcc.read(CIFR, locked), Ok(0));
@@ -182,7 +182,7 @@ fn clock_security_takes_the_internal_oscillator_and_flags_it_until_it_is_cleared
         CSSON,
         "only a reset switches it off"
     );
-    assert!(rcc.stop_crystal(12, locked));
+    assert!(rcc.stop_crystal(12, false, locked));
     let clocks = rcc.clocks();
     assert_eq!((clocks.hclk, clocks.source), (16_000_000, Source::Internal));
     assert_eq!(rcc.read(CFGR, locked).unwrap() & 0xF, 1 | 1 << 2);
@@ -199,6 +199,16 @@ fn clock_security_takes_the_internal_oscillator_and_flags_it_until_it_is_cleared
 fn a_crystal_that_is_not_ready_is_not_watched() {
     let mut rcc = Rcc::new(ResetCause::PowerOn);
     rcc.write(CR, 1 << 8 | HSEON | CSSON, 0).unwrap();
-    assert!(!rcc.stop_crystal(4, 31_999));
+    assert!(!rcc.stop_crystal(4, false, 31_999));
     assert_eq!(rcc.read(CIFR, 40_000), Ok(0));
+}
+
+#[test]
+fn a_crystal_that_returns_starts_after_the_next_reset() {
+    let (mut rcc, locked) = on_crystal();
+    assert!(!rcc.stop_crystal(4, true, locked));
+    assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
+    rcc.reset(ResetCause::Software);
+    rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
+    assert_eq!(rcc.read(CR, 32_000).unwrap() & HSERDY, HSERDY);
 }

@@ -92,6 +92,8 @@ pub struct Rcc {
     core_hz: f64,
     /// The crystal works.
     crystal: bool,
+    /// A crystal that does not work does so again after the next reset.
+    crystal_returns: bool,
     /// What the PLL divides the frequency of its missing input by; 1 while the crystal works.
     drift: u32,
     /// The flag of the clock security system.
@@ -115,6 +117,7 @@ impl Rcc {
             ready_at,
             core_hz: f64::from(HSI_HZ),
             crystal: true,
+            crystal_returns: false,
             drift: 1,
             cssf: 0,
         }
@@ -126,20 +129,21 @@ impl Rcc {
             ResetCause::PowerOn | ResetCause::BrownOut => 0,
             _ => self.registers[CSR] & 0xFE00_0000,
         };
+        let works = self.crystal || self.crystal_returns;
         *self = Self {
-            crystal: self.crystal,
-            drift: self.drift,
+            crystal: works,
+            drift: if works { 1 } else { self.drift },
             ..Self::new(cause)
         };
         self.registers[CSR] |= earlier;
     }
 
-    /// The crystal stops and never starts again; a PLL that it drives runs on at `1 / drift` of its frequency. True when
-    /// the clock security system finds it, which raises the non-maskable interrupt.
-    pub fn stop_crystal(&mut self, drift: u32, now: Cycles) -> bool {
+    /// The crystal stops, for good or until the next reset; a PLL that it drives runs on at `1 / drift` of its frequency.
+    /// True when the clock security system finds it, which raises the non-maskable interrupt.
+    pub fn stop_crystal(&mut self, drift: u32, returns: bool, now: Cycles) -> bool {
         self.settle(now);
         let watched = bit(self.registers[CR], CSSON) && now >= self.ready_at[HSE];
-        self.crystal = false;
+        (self.crystal, self.crystal_returns) = (false, returns);
         self.drift = drift;
         self.ready_at[HSE] = NEVER;
         if watched {
