@@ -22,9 +22,9 @@ use crate::trial_set::Random;
 const DRIFTS: std::ops::RangeInclusive<u64> = 2..=12;
 /// The chip watches the crystal from this time on, s; before, only the watchdog may notice.
 const WATCHED_S: f64 = 0.01;
-/// The crystal is ready from here on, and is taken into use within this time, s.
-const FIRST_USE_S: f64 = 2.0e-3;
-const FIRST_USE_TAKES_S: f64 = 0.3e-3;
+/// The crystal gets ready after this time and is taken into use within that, s.
+const FIRST_USE_S: f64 = 5.2e-3;
+const FIRST_USE_TAKES_S: f64 = 0.7e-3;
 /// From the failure to a board that samples with its set, s: at once, or after the watchdog has bitten.
 const AT_ONCE_S: f64 = 0.1;
 const BITTEN_S: f64 = 1.3;
@@ -33,7 +33,7 @@ const INTERNAL: f64 = 0.011;
 
 /// How much is tried.
 pub struct Extent {
-    /// Moments in the whole start, and as many while the crystal is taken into use.
+    /// Moments in the whole start, and twice as many while the crystal is taken into use.
     pub starting: u32,
     /// Moments while the board streams.
     pub streaming: u32,
@@ -55,7 +55,7 @@ pub fn fail(seed: u64, extent: &Extent) -> anyhow::Result<Outcome> {
     let part = |number| f64::from(number) / f64::from(extent.starting);
     let whole_start = (0..extent.starting).map(|number| WATCHED_S * part(number));
     let first_use =
-        (0..extent.starting).map(|number| FIRST_USE_S + FIRST_USE_TAKES_S * part(number));
+        (0..extent.starting).map(|number| FIRST_USE_S + 0.5 * FIRST_USE_TAKES_S * part(number));
     let streaming = (0..extent.streaming).map(|_| 0.3 + 0.1 * f64::from(random.share()));
     for at_s in whole_start.chain(first_use).chain(streaming) {
         let drift = drifts.next();
