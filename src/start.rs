@@ -8,7 +8,7 @@ use embassy_stm32::rcc;
 use static_cell::StaticCell;
 
 use crate::chip::identity::Origin;
-use crate::chip::{clock, pins};
+use crate::chip::{clock, option_bytes, pins};
 use crate::health::{flash_errors, panic, resets, watchdog};
 use crate::sampling::{path, supply, task};
 use crate::shared::Shared;
@@ -37,22 +37,27 @@ fn main() -> ! {
     static BACKGROUND: StaticCell<Executor> = StaticCell::new();
 
     let dog = watchdog::unleash();
-    let (config, source) = clock::configuration();
-    let mut chip = embassy_stm32::init(config);
-    clock::check(rcc::clocks(&chip.RCC.reborrow()));
     let message = panic::take();
     let (reset, counts, memory) = resets::take(message.is_some());
+    let (config, source) = clock::configuration(reset);
+    let mut chip = embassy_stm32::init(config);
+    clock::check(rcc::clocks(&chip.RCC.reborrow()));
+    clock::go_full_speed();
+    if source == clock::Source::Crystal && !clock::watch_crystal() {
+        resets::without_crystal();
+    }
     let origin = Origin {
         board: embassy_stm32::uid::uid(),
         reset,
         resets: counts,
         clock: source,
         panic: message,
+        options: option_bytes::read(),
     };
     defmt::info!("clock {}, last panic {}", source, origin.panic.as_deref());
 
     let shared: &'static Shared = SHARED.init_with(Shared::new);
-    let board = origin.board;
+    let (board, options) = (origin.board, origin.options);
     let parts = pins::assign(chip);
 
     count_cycles();
@@ -69,7 +74,8 @@ fn main() -> ! {
     let link = LINK.start(pins::LINK_VECTOR);
     link.spawn(link::talk(parts.serial, origin, shared).unwrap());
     BACKGROUND.init(Executor::new()).run(|background| {
-        background.spawn(storage::store(parts.flash, parts.random, board, shared).unwrap());
+        background
+            .spawn(storage::store(parts.flash, parts.random, board, options, shared).unwrap());
         background.spawn(pose::find(shared).unwrap());
         background.spawn(harmonics::solve(shared).unwrap());
         background.spawn(supply::measure(parts.supply, shared).unwrap());

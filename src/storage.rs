@@ -18,6 +18,7 @@ use hexsense_core::records::SetId;
 use hexsense_core::sampling::Calibrator;
 use hexsense_core::storage::Storage;
 use hexsense_core::wire::Response;
+use hexsense_core::wire::status::OptionBytes;
 
 use crate::chip::timing::STORAGE_HEARTBEAT;
 use crate::health::flash_errors::Corrections;
@@ -30,16 +31,21 @@ bind_interrupts!(
     }
 );
 
-/// Loads the active set, then answers commands for ever. `board` is this chip's unique id.
+/// Loads the active set, then answers commands for ever. `board` is this chip's unique id. Where its option bytes do not
+/// allow changes, nothing is written: with a single bank an erasure would hit the code.
 #[embassy_executor::task]
 pub async fn store(
     flash: Peri<'static, FLASH>,
     random: Peri<'static, RNG>,
     board: [u8; 12],
+    options: OptionBytes,
     shared: &'static Shared,
 ) -> ! {
     let region = Flash::new(flash, Irqs).into_regions().bank2_region;
     let mut storage = Storage::new(region, FACTS.flash, board);
+    if !options.allow_changes() {
+        storage.forbid_changes();
+    }
     let mut published = None;
     let loaded = storage.load().await;
     publish(&storage, &mut published, shared);

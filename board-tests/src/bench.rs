@@ -53,6 +53,15 @@ impl Bench {
         })?)
     }
 
+    /// The same for a chip with these option registers, see [`Power::options`].
+    pub fn on_with_options(&self, options: &[&str], faults: &[Value]) -> anyhow::Result<Board> {
+        Board::connect(self.start(&Power {
+            options,
+            faults,
+            ..Power::default()
+        })?)
+    }
+
     /// Switches the board on, lets it start, and counts the calls of these functions.
     pub fn on_counting(&self, count: &[&str]) -> anyhow::Result<Board> {
         Board::connect(self.start(&Power {

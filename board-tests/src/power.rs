@@ -30,6 +30,8 @@ pub struct Power<'a> {
     pub seed: Option<u64>,
     /// Functions, and interrupts as `irq:N`, whose instructions are counted.
     pub count: &'a [&'a str],
+    /// Option registers of the chip, as `NAME=0xVALUE`; those that are not given are as the chip leaves its factory.
+    pub options: &'a [&'a str],
 }
 
 impl Power<'_> {
@@ -55,6 +57,9 @@ impl Power<'_> {
         }
         for name in self.count {
             board.args(["--count", name]);
+        }
+        for option in self.options {
+            board.args(["--option", option]);
         }
         let file = fs::OpenOptions::new()
             .create(true)

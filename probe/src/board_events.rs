@@ -102,6 +102,7 @@ fn key(cause: ResetCause) -> &'static str {
         ResetCause::Panic => "panic",
         ResetCause::Watchdog => "watchdog",
         ResetCause::Other => "other",
+        ResetCause::Crystal => "crystal",
     }
 }
 
@@ -116,6 +117,9 @@ pub fn cause(cause: ResetCause) -> &'static str {
         ResetCause::Panic => "panic",
         ResetCause::Watchdog => "watchdog: a part of the board made no progress",
         ResetCause::Other => "another cause that the chip does not tell apart",
+        ResetCause::Crystal => {
+            "the crystal failed, and the board runs on its internal oscillator until the next start; check the crystal and its solder bridges"
+        }
     }
 }
 
@@ -138,6 +142,7 @@ pub fn starts(resets: &Resets) -> String {
         (resets.panics, "by panics"),
         (resets.watchdog, "by the watchdog"),
         (resets.other, "by others"),
+        (resets.crystal, "by failures of the crystal"),
     ];
     let happened = counts.iter().filter(|(count, _)| *count > 0);
     let causes: Vec<String> = happened
@@ -162,6 +167,7 @@ pub fn starts_to_json(last: ResetCause, resets: &Resets) -> Value {
         "panics": resets.panics,
         "watchdog": resets.watchdog,
         "other": resets.other,
+        "crystal": resets.crystal,
         "previous_uptime_s": resets.previous_uptime_ms.map(|ms| ms as f64 / 1e3),
     })
 }

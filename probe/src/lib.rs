@@ -18,6 +18,7 @@
 //! | [`coefficient_file`] | a coefficient set that people can read |
 //! | [`report`] | all of it on one page, for the reader who must trust the coefficients |
 //! | [`board_events`] | what went wrong on the board, in words and in JSON |
+//! | [`option_bytes`] | the option bytes of its chip, in words and in JSON |
 //! | [`interrupt`] | Ctrl-C, which stops a recording in order |
 //! | [`cli`] | the commands |
 //! | [`date`] | dates as people read them |
@@ -47,6 +48,7 @@ pub mod interrupt;
 pub mod key_file;
 pub mod known_board;
 pub mod motion;
+pub mod option_bytes;
 pub mod plan;
 pub mod record;
 pub mod replay;

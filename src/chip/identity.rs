@@ -3,7 +3,7 @@
 use hexsense::FACTS;
 use hexsense_core::server::board::PanicMessage;
 use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::status::{ResetCause, Resets};
+use hexsense_core::wire::status::{OptionBytes, ResetCause, Resets};
 use hexsense_core::wire::{Identity, VERSION};
 
 use super::clock;
@@ -37,6 +37,8 @@ pub struct Origin {
     pub clock: clock::Source,
     /// Message of the panic before the start, if there was one.
     pub panic: Option<PanicMessage>,
+    /// Its option bytes.
+    pub options: OptionBytes,
 }
 
 impl Origin {

@@ -2,6 +2,7 @@
 
 pub mod clock;
 pub mod identity;
+pub mod option_bytes;
 pub mod pins;
 pub mod timing;
 pub mod trigger;

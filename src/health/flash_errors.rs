@@ -3,7 +3,10 @@
 //! One wrong bit is corrected and raises the flash interrupt; the board counts it, because the flash ages. More wrong bits
 //! raise the non-maskable interrupt. A loss of power while a double word is programmed leaves such a *torn word*. In bank
 //! 2 the archive reads what an interrupted write left: the word is garbage, the checksum of the record rejects it, and the
-//! board goes on. In bank 1 the code itself is damaged, and the board stops.
+//! board goes on. In bank 1 the code itself is damaged, and the board stops. On a chip with a single bank the two are not
+//! told apart, and the board goes on.
+//!
+//! The non-maskable interrupt is also that of a crystal that fails ([`crate::chip::clock`]).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -13,8 +16,9 @@ use embassy_stm32::pac;
 use embassy_time::Instant;
 use hexsense_core::wire::status::EventCount;
 
-use super::counters;
 use super::panic::{self, Text};
+use super::{counters, resets};
+use crate::chip::clock;
 
 /// Torn words that were read, and the uptime at the last, ms in two halves. Only the non-maskable interrupt writes them.
 static TORN: AtomicU32 = AtomicU32::new(0);
@@ -58,11 +62,14 @@ impl Handler<FLASH> for Corrections {
 
 #[exception]
 unsafe fn NonMaskableInt() {
+    if clock::crystal_failed() {
+        resets::without_crystal();
+    }
     let eccr = pac::FLASH.eccr().read();
     if !eccr.eccd() {
         panic::stop(Text::new("non-maskable interrupt, not from the flash"));
     }
-    if !eccr.bk_ecc() {
+    if !eccr.bk_ecc() && pac::FLASH.optr().read().dbank() {
         panic::stop(Text::new("the code is damaged at 0x").hexadecimal(eccr.addr_ecc()));
     }
     let uptime_ms = Instant::now().as_millis();

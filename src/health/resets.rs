@@ -37,8 +37,10 @@ impl<const N: usize> Sealed<N> {
 }
 
 struct Record {
-    counts: Sealed<7>,
+    counts: Sealed<8>,
     uptime: Sealed<2>,
+    /// [`MAGIC`] when the crystal has failed.
+    without_crystal: u32,
 }
 
 #[unsafe(link_section = ".uninit.resets")]
@@ -60,13 +62,23 @@ fn record() -> *mut Record {
     addr_of_mut!(RECORD).cast()
 }
 
+/// Resets the board because its crystal has failed, which the next start reports.
+pub fn without_crystal() -> ! {
+    // SAFETY: only this word is written, volatile because only the next start reads it.
+    unsafe { addr_of_mut!((*record()).without_crystal).write_volatile(MAGIC) };
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
 /// Why the board started, and what it remembers, with this start counted. To be called once.
 pub fn take(panicked: bool) -> (ResetCause, Resets, Memory) {
     // SAFETY: called once, before any task runs, so there is no other reference. Every bit pattern is a valid `Record`; it
     // is read volatile, because the compiler knows of no write to it.
     let kept = unsafe { record().read_volatile() };
     let counts = kept.counts.open();
-    let cause = take_cause(counts.is_some(), panicked);
+    let cause = match take_cause(counts.is_some(), panicked) {
+        ResetCause::Software if kept.without_crystal == MAGIC => ResetCause::Crystal,
+        cause => cause,
+    };
     let mut resets = counts.map_or(Resets::default(), from_words);
     if counts.is_some() {
         resets.previous_uptime_ms = kept
@@ -79,11 +91,12 @@ pub fn take(panicked: bool) -> (ResetCause, Resets, Memory) {
     unsafe {
         addr_of_mut!((*record()).uptime.check).write_volatile(!kept.uptime.check);
         addr_of_mut!((*record()).counts).write_volatile(Sealed::new(to_words(&resets)));
+        addr_of_mut!((*record()).without_crystal).write_volatile(0);
     }
     (cause, resets, Memory(()))
 }
 
-fn to_words(resets: &Resets) -> [u32; 7] {
+fn to_words(resets: &Resets) -> [u32; 8] {
     [
         resets.starts,
         resets.brown_outs,
@@ -92,10 +105,22 @@ fn to_words(resets: &Resets) -> [u32; 7] {
         resets.panics,
         resets.watchdog,
         resets.other,
+        resets.crystal,
     ]
 }
 
-fn from_words([starts, brown_outs, pin, software, panics, watchdog, other]: [u32; 7]) -> Resets {
+fn from_words(
+    [
+        starts,
+        brown_outs,
+        pin,
+        software,
+        panics,
+        watchdog,
+        other,
+        crystal,
+    ]: [u32; 8],
+) -> Resets {
     Resets {
         starts,
         brown_outs,
@@ -105,6 +130,7 @@ fn from_words([starts, brown_outs, pin, software, panics, watchdog, other]: [u32
         watchdog,
         other,
         previous_uptime_ms: None,
+        crystal,
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! Sample path, link and storage each report a turn. The watchdog is fed after all three have reported; if one stops, it
 //! bites, and the board starts again with [`ResetCause::Watchdog`]. The watchdog starts before the clock, so that no start
-//! can hang for good.
+//! can hang for good. It stands still while a debugger halts the core.
 //!
 //! [`ResetCause::Watchdog`]: hexsense_core::wire::status::ResetCause::Watchdog
 
 use embassy_futures::join::join3;
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
@@ -17,6 +18,9 @@ use crate::shared::Shared;
 
 /// Starts the watchdog.
 pub fn unleash() -> IndependentWatchdog<'static, IWDG> {
+    pac::DBGMCU
+        .apb1lfzr()
+        .modify(|freeze| freeze.set_iwdg(true));
     // SAFETY: called once, at the start, and no other code asks for the watchdog.
     let mut watchdog = IndependentWatchdog::new(unsafe { IWDG::steal() }, WATCHDOG_US);
     watchdog.unleash();

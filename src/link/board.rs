@@ -73,6 +73,7 @@ impl Board for LinkBoard {
             resets: self.origin.resets,
             stack: stack::usage(),
             panic: self.origin.panic.clone(),
+            option_bytes: self.origin.options,
         }
     }
 

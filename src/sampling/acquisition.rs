@@ -126,7 +126,8 @@ pub struct Filled {
 
 impl Filled {
     /// The block whose interrupt this is, if it is one; acknowledges the interrupt. A transfer error has switched the
-    /// channel off, and as after an overrun no block comes: the sampling task finds out.
+    /// channel off, and as after an overrun no block comes: the sampling task finds out. The flags are cleared by
+    /// themselves: clearing the global flag can lose an event that comes at the same time (ES0430).
     ///
     /// # Errors
     /// [`Fault`] when the block is not whole, or another is complete already.
@@ -140,9 +141,10 @@ impl Filled {
                 .write(|clear| clear.set_teif(INERTIAL_DMA, true));
             return None;
         }
-        pac::DMA1
-            .ifcr()
-            .write(|clear| clear.set_gif(INERTIAL_DMA, true));
+        pac::DMA1.ifcr().write(|clear| {
+            clear.set_htif(INERTIAL_DMA, true);
+            clear.set_tcif(INERTIAL_DMA, true);
+        });
         let half = usize::from(second);
         let scans = block.scans();
         let (inertial, jacks) = (scans * INERTIAL, scans * JACKS);

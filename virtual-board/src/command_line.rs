@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use virtual_board::link::LinkAddress;
+use virtual_board::peripherals::flash::options::Setting;
 
 /// A NUCLEO-G474RE without the hardware: runs an unmodified firmware ELF on an emulated STM32G474 in virtual time.
 ///
@@ -41,6 +42,11 @@ pub struct CommandLine {
     /// virtual, and both count from power-on.
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
+
+    /// Set an option register, as a debug probe would do it before the power comes on: OPTR, WRP1AR, WRP1BR, WRP2AR or
+    /// WRP2BR. OPTR=0xffaff8aa is the factory setting with a single bank of flash (DBANK = 0). May be given several times.
+    #[arg(long, value_name = "NAME=0xVALUE")]
+    pub option: Vec<Setting>,
 
     /// Count the instructions of this function (its symbol, or its path without hash; it must not have been inlined) or
     /// of an interrupt's handler (irq:N), from the first instruction to the return: fewest, most and number of calls.

@@ -46,6 +46,9 @@ fn run(options: &CommandLine) -> Result<Infallible, Box<dyn Error>> {
     parameters.seed = options.seed.unwrap_or(parameters.seed);
     let log = FirmwareLog::new(&firmware.file, firmware.rtt);
     let mut machine = Machine::new(Bus::new(parameters, pins, flash), log)?;
+    for setting in &options.option {
+        machine.bus_mut().flash.options_mut().set(setting);
+    }
     machine.inject(faults);
     let mut stdout = std::io::stdout();
     writeln!(stdout, "{}", serde_json::json!({ "link": link.name()? }))?;

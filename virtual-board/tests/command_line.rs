@@ -145,6 +145,15 @@ fn files_that_are_no_firmware_are_refused_with_the_reason() {
 }
 
 #[test]
+fn an_option_register_that_does_not_exist_is_refused_with_those_that_do() {
+    let (_folder, firmware, flash) = folder_with(&[0xE7FE]);
+    for wrong in ["DBANK=0", "OPTR=1", "OPTR=0xg", "SEC1R=0x0"] {
+        let said = refused(&firmware, &flash, &["--option", wrong]);
+        assert!(said.contains("OPTR, WRP1AR, WRP1BR"), "{wrong}: {said}");
+    }
+}
+
+#[test]
 fn a_flash_file_of_another_size_is_refused() {
     let (_folder, firmware, flash) = folder_with(&[0xE7FE]);
     std::fs::write(&flash, [0; 100]).unwrap();

@@ -11,15 +11,19 @@
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //! | `uptime` | the clock and the scan counter preset to years ahead and to just before each wrap, and full counts |
+//! | `option_bytes` | each kind of change, on chips whose option bytes forbid or allow it |
+//! | `clock` | failures of the crystal, at many moments, with a PLL that drifts to any fraction |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
 mod authority;
 mod captures;
+mod clock;
 mod counted;
 mod gaps;
 mod hostile;
 mod no_loss;
+mod option_bytes;
 mod outcome;
 mod power_cut;
 mod recovery;
@@ -53,7 +57,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 8] = [
+const PROMISES: [&str; 10] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -62,6 +66,8 @@ const PROMISES: [&str; 8] = [
     "authority",
     "audit",
     "uptime",
+    "option_bytes",
+    "clock",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -84,7 +90,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let outcomes = carry_out(trials);
     if !arguments.json {
-        println!("promise    injected  minimum   lost");
+        println!("promise      injected  minimum   lost");
     }
     for outcome in &outcomes {
         println!(
@@ -115,6 +121,8 @@ struct Size {
     soak_s: u64,
     /// One wrap in so many is passed.
     wraps: usize,
+    options_every: usize,
+    crystal: clock::Extent,
 }
 
 impl Size {
@@ -129,6 +137,12 @@ impl Size {
         forgeries: 80,
         soak_s: 3_600,
         wraps: 1,
+        options_every: 1,
+        crystal: clock::Extent {
+            starting: 30,
+            streaming: 40,
+            writing: 20,
+        },
     };
     const SHORT: Self = Self {
         uploads: 2,
@@ -141,6 +155,12 @@ impl Size {
         forgeries: 5,
         soak_s: 40,
         wraps: 7,
+        options_every: 7,
+        crystal: clock::Extent {
+            starting: 5,
+            streaming: 7,
+            writing: 3,
+        },
     };
 }
 
@@ -185,6 +205,10 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
             authority::forge(seed, size.forgeries)
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
+        Trial::one(&["option_bytes"], move || {
+            option_bytes::combine(seed, size.options_every)
+        }),
+        Trial::one(&["clock"], move || clock::fail(seed, &size.crystal)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
         Trial::one(&["uptime"], move || uptime::pass(seed, size.wraps)),
         Trial::one(&["no_loss"], move || {

@@ -126,11 +126,11 @@ impl Outcome {
     pub fn row(&self) -> String {
         let verdict = if self.holds() { "holds" } else { "BROKEN" };
         let mut row = format!(
-            "{:<10} {:>8} {:>8} {:>6}  {verdict}",
+            "{:<12} {:>8} {:>8} {:>6}  {verdict}",
             self.promise, self.injected, self.minimum, self.lost
         );
         for violation in &self.violations {
-            row += &format!("\n           {violation}");
+            row += &format!("\n             {violation}");
         }
         row
     }

@@ -124,3 +124,36 @@ fn damaged_frames_are_told_apart() -> anyhow::Result<()> {
     assert_eq!(events.frames_damaged(), 5);
     Ok(())
 }
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_noisy_character_costs_the_frame_it_is_in_and_is_counted() -> anyhow::Result<()> {
+    // At 4 kHz a block is on the line for more than half of the time, and the instants come at every part of it.
+    const NOISES: u32 = 60;
+    let at_s = |number: u32| FAULT_S + f64::from(number) * 0.020_173;
+    let faults: Vec<Value> = (0..NOISES)
+        .map(|number| {
+            json!({
+                "at_s": at_s(number), "fault": "line",
+                "towards": "board", "effect": "noise", "characters": 1,
+            })
+        })
+        .collect();
+    let mut board = calibrated("noisy", &faults)?;
+    let line = &mut board.line;
+    line.stream_everything()?;
+    for number in 0..NOISES {
+        run_until_s(line, at_s(number))?;
+        line.send(&Request::ActiveSet)?;
+    }
+    line.run_s(0.5)?;
+    let blocks: Vec<u16> = line.blocks.iter().map(|block| block.sequence).collect();
+    let missing = blocks
+        .windows(2)
+        .filter(|pair| pair[1] != pair[0].wrapping_add(1))
+        .count();
+    assert_eq!((line.damaged(), missing), (0, 0), "frames from the board");
+    let events = line.status()?.events;
+    assert_eq!(events.receiver_errors.count, NOISES, "{events:?}");
+    Ok(())
+}

@@ -9,7 +9,7 @@ use crate::sample_path::Path;
 use crate::sampling::BlockSize;
 use crate::storage::StorageCommand;
 use crate::wire::hello::Greeting;
-use crate::wire::status::{EventCount, Events, Resets, StackUse};
+use crate::wire::status::{EventCount, Events, OptionBytes, Resets, StackUse};
 use crate::wire::{FrameError, Identity};
 
 /// Message of a panic before the start.
@@ -102,6 +102,8 @@ pub struct Health {
     pub stack: StackUse,
     /// Message of a panic before the start.
     pub panic: Option<PanicMessage>,
+    /// Option bytes of the chip.
+    pub option_bytes: OptionBytes,
 }
 
 /// A smoothed reading of supply and temperature.

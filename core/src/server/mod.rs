@@ -293,6 +293,7 @@ impl<B: Board> Server<B> {
             resets: health.resets,
             stack: health.stack,
             panic: health.panic,
+            option_bytes: health.option_bytes,
         }
     }
 

@@ -83,6 +83,7 @@ pub struct Storage<F: NorFlash> {
     active: Option<Active>,
     authority: Authority,
     upload: Option<Upload>,
+    read_only: bool,
 }
 
 impl<F: NorFlash> Storage<F> {
@@ -99,7 +100,14 @@ impl<F: NorFlash> Storage<F> {
             active: None,
             authority: Authority::default(),
             upload: None,
+            read_only: false,
         }
+    }
+
+    /// Never writes nor erases the flash from now on, because the chip's option bytes do not allow it. Everything can be
+    /// read, and each change is refused as [`Refusal::OptionBytes`].
+    pub fn forbid_changes(&mut self) {
+        self.read_only = true;
     }
 
     /// Whether there is a key.
@@ -126,6 +134,11 @@ impl<F: NorFlash> Storage<F> {
         random: impl AsyncFnOnce(&mut Challenge) -> bool,
     ) -> Result<Response, Refusal> {
         match command {
+            StorageCommand::Change(..) | StorageCommand::Chunk(..) | StorageCommand::Commit
+                if self.read_only =>
+            {
+                Err(Refusal::OptionBytes)
+            }
             StorageCommand::ActiveSet => Ok(Response::ActiveSet(
                 self.active.as_ref().map(|active| active.set),
             )),

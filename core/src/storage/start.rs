@@ -48,6 +48,9 @@ impl<F: NorFlash> Storage<F> {
     /// # Errors
     /// [`Refusal::Log`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
     pub async fn complete(&mut self) -> Result<(), Refusal> {
+        if self.read_only {
+            return Ok(());
+        }
         if let Some(entry) = self.unlogged {
             self.follow_up(&entry).await?;
         }

@@ -175,4 +175,9 @@ pub enum Refusal {
         "nothing was changed: the flash does not take the log entry of an earlier change; start the board anew, and replace it if that does not help"
     )]
     EarlierLog,
+    /// The option bytes of the chip do not let the board write what it keeps.
+    #[error(
+        "nothing was changed: the chip's option bytes give its flash a single bank (DBANK = 0) or protect pages of bank 2 from writing (WRP2); `hexsense status` says which, and what to do"
+    )]
+    OptionBytes,
 }

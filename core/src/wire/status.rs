@@ -22,6 +22,8 @@ pub enum ResetCause {
     Watchdog,
     /// Another cause that the chip reports.
     Other,
+    /// The crystal failed; the board started again on its internal oscillator.
+    Crystal,
 }
 
 /// Starts of the board since its power came on, by cause. RAM keeps the counts over resets.
@@ -44,6 +46,8 @@ pub struct Resets {
     /// Uptime at the last reset, ms, to within the interval at which the watchdog is fed: 0.1 s, or 1 s after a
     /// watchdog reset. `None` after power-on, and when that run was shorter.
     pub previous_uptime_ms: Option<u64>,
+    /// Because the crystal failed.
+    pub crystal: u32,
 }
 
 impl Resets {
@@ -57,6 +61,7 @@ impl Resets {
             ResetCause::Panic => Some(&mut self.panics),
             ResetCause::Watchdog => Some(&mut self.watchdog),
             ResetCause::Other => Some(&mut self.other),
+            ResetCause::Crystal => Some(&mut self.crystal),
         };
         for count in of_cause.into_iter().chain([&mut self.starts]) {
             *count = count.saturating_add(1);
@@ -175,6 +180,38 @@ pub struct StackUse {
     pub size: u32,
 }
 
+/// The option bytes of the chip that decide what its flash does: settings that a debug probe makes, outside of the
+/// firmware.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OptionBytes {
+    /// Whether the flash has two banks (DBANK). With one bank the board takes no changes.
+    pub dual_bank: bool,
+    /// Level of the readout protection (RDP): 0, 1 or 2.
+    pub readout_protection: u8,
+    /// Level of the supply at which the chip resets (BOR_LEV): 0 to 4, from 1.7 to 2.8 V.
+    pub brown_out_level: u8,
+    /// First and last page of each area that is protected from writing (WRP1A, WRP1B, WRP2A, WRP2B), in pages of its bank,
+    /// or of the whole flash when it has one bank.
+    pub write_protected: [Option<(u8, u8)>; 4],
+}
+
+impl OptionBytes {
+    /// As the chip leaves its factory.
+    pub const FACTORY: Self = Self {
+        dual_bank: true,
+        readout_protection: 0,
+        brown_out_level: 0,
+        write_protected: [None; 4],
+    };
+
+    /// Whether the board can write what it keeps: the flash has two banks, and no page of the second is protected.
+    #[must_use]
+    pub fn allow_changes(&self) -> bool {
+        let [_, _, second @ ..] = self.write_protected;
+        self.dual_bank && second == [None; 2]
+    }
+}
+
 /// The state of the board. Counters count from the last start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -219,6 +256,8 @@ pub struct Status {
     pub provisioned: bool,
     /// The message of a panic before the last start.
     pub panic: Option<heapless::String<128>>,
+    /// Option bytes of the chip.
+    pub option_bytes: OptionBytes,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

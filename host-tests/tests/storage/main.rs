@@ -6,4 +6,5 @@ mod changes;
 mod key_holder;
 mod log;
 mod power_cuts;
+mod read_only;
 mod uploads;

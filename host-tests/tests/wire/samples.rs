@@ -14,7 +14,9 @@ use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::message::{
     ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
 };
-use hexsense_core::wire::status::{EventCount, Events, PathCycles, ResetCause, Resets, StackUse};
+use hexsense_core::wire::status::{
+    EventCount, Events, OptionBytes, PathCycles, ResetCause, Resets, StackUse,
+};
 use hexsense_core::wire::telemetry::{self, Header, Samples};
 use hexsense_core::wire::{
     AnalyserState, BoardPose, Drive, FrameError, Identity, MAX_FRAME, PoseRefusal, PoseReport,
@@ -219,6 +221,7 @@ fn refusals() -> String {
         Incomplete { .. } => Refusal::Incomplete { analyser: 2 },
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
         EarlierLog {} => Refusal::EarlierLog,
+        OptionBytes {} => Refusal::OptionBytes,
     })
 }
 
@@ -337,6 +340,7 @@ fn reset_causes() -> String {
         Panic {} => ResetCause::Panic,
         Watchdog {} => ResetCause::Watchdog,
         Other {} => ResetCause::Other,
+        Crystal {} => ResetCause::Crystal,
     })
 }
 
@@ -454,12 +458,19 @@ fn status() -> Status {
             watchdog: 5,
             other: 6,
             previous_uptime_ms: Some(0x0132_3334_3536_3738),
+            crystal: 7,
         },
         stack: StackUse {
             deepest: 0x2324,
             size: 0x6000,
         },
         panic: Some(heapless::String::try_from("at µ").unwrap()),
+        option_bytes: OptionBytes {
+            dual_bank: true,
+            readout_protection: 1,
+            brown_out_level: 4,
+            write_protected: [None, Some((3, 61)), None, Some((8, 9))],
+        },
     }
 }
 

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::arguments::Port;
 use crate::board_events;
+use crate::option_bytes;
 use crate::record::board::Streaming;
 use hexsense_client::client::SumsReport;
 use hexsense_client::{Client, LinkError};
@@ -17,7 +18,7 @@ use hexsense_client::{Client, LinkError};
 const CORE_HZ: f64 = 150e6;
 
 /// Print the state of the board: sampling and restarts, the time that the sample path takes, analysers, link, clock, supply,
-/// temperature, key, active set, why it started, stack, last panic.
+/// temperature, key, active set, why it started, stack, option bytes of the chip, last panic.
 ///
 /// Each kind of event that went wrong since the start is printed as an `event`, with its count and the time of the last
 /// one. Starts and their causes are counted since the power came on.
@@ -135,6 +136,7 @@ impl Reading {
         ));
         lines.push(("starts", board_events::starts(&status.resets)));
         lines.push(("stack", stack(status.stack)));
+        lines.push(("option bytes", option_bytes::text(&status.option_bytes)));
         let panic = status.panic.as_deref().unwrap_or("none");
         lines.push(("last panic", panic.to_owned()));
         let row = |(name, text): (&str, String)| format!("{name:<14} {text}\n");
@@ -306,6 +308,7 @@ impl Reading {
             "start": board_events::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
             "panic": status.panic.as_deref(),
+            "option_bytes": option_bytes::to_json(&status.option_bytes),
         })
     }
 }

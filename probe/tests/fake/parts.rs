@@ -19,7 +19,7 @@ use hexsense_core::server::{
 use hexsense_core::storage::{Active, Storage, StorageCommand};
 use hexsense_core::wire::change::Challenge;
 use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::status::{EventCount, Events, ResetCause, Resets, StackUse};
+use hexsense_core::wire::status::{EventCount, Events, OptionBytes, ResetCause, Resets, StackUse};
 use hexsense_core::wire::{BoardPose, Identity, PoseReport, Refusal, Response, VERSION};
 
 use super::Fault;
@@ -253,6 +253,7 @@ impl Board for Parts {
                 size: 24_576,
             },
             panic: None,
+            option_bytes: OptionBytes::FACTORY,
         }
     }
 

@@ -9,7 +9,28 @@ impl Bus {
     pub(super) fn change_clocks(&mut self) {
         let clocks = self.rcc.clocks();
         if clocks != self.clocks {
+            self.check_step(clocks);
             self.apply_clocks(clocks);
+        }
+    }
+
+    /// Above 80 MHz the bus must run at half the system clock for a microsecond after the switch (RM0440 7.2.7).
+    fn check_step(&mut self, to: Clocks) {
+        const SLOW_HZ: u32 = 80_000_000;
+        const WAIT_S: f64 = 1e-6;
+        let from = self.clocks;
+        let now_s = self.now_s();
+        if to.system != from.system {
+            self.switched_s = now_s;
+        }
+        let too_soon = now_s - self.switched_s < WAIT_S;
+        if from.hclk <= SLOW_HZ && to.hclk > SLOW_HZ && too_soon {
+            let detail = format!(
+                "from {} to {} Hz, without half of it for 1 µs",
+                from.hclk, to.hclk
+            );
+            self.remarks
+                .state(now_s, "the core's clock rises in one step", &detail);
         }
     }
 

@@ -1,10 +1,10 @@
-//! Injected faults of the bus: stalls, the end of the power, a crystal that stops. This file and `mod.rs` are two halves of
-//! [`Bus`].
+//! Injected faults of the bus: stalls, the end of the power, a crystal that stops, a debugger that halts the core. This file
+//! and `mod.rs` are two halves of [`Bus`].
 
 use super::map::Unit;
 use super::{Bus, fill};
 use crate::injection::{Served, Slip};
-use crate::peripherals::rcc::Source;
+use crate::peripherals::nvic::NMI;
 use crate::peripherals::{Cycles, dmamux::request};
 
 /// The end of each stall.
@@ -70,10 +70,24 @@ impl Bus {
         self.stalls.triggers = self.later(duration_us);
     }
 
-    /// The crystal never starts again; true if the core ran on it.
-    pub fn stop_crystal(&mut self) -> bool {
-        self.rcc.stop_crystal();
-        self.clocks.source == Source::Crystal
+    /// The crystal stops, for good or until the next reset, and a PLL that it drives drifts to `1 / drift` of its
+    /// frequency; true if the core stands still.
+    pub fn stop_crystal(&mut self, drift: u32, returns: bool) -> bool {
+        let watched = self.rcc.stop_crystal(drift, returns, self.now);
+        self.change_clocks();
+        if watched {
+            self.nvic.pend(NMI);
+        }
+        self.rcc.runs_on_crystal_itself()
+    }
+
+    /// A debugger halts the core for this duration, µs.
+    pub fn halt_core(&mut self, duration_us: u64) {
+        if self.debug.watchdog_stops_in_halt() {
+            let duration = self.later(duration_us) - self.now;
+            self.iwdg.stand_still(duration);
+            self.refresh(Unit::Iwdg);
+        }
     }
 
     /// The power goes: a flash operation under way is cut short.

@@ -99,6 +99,8 @@ pub struct Bus {
     parameters: BoardParameters,
     rcc: Rcc,
     clocks: Clocks,
+    /// When the system clock was last switched, s.
+    switched_s: f64,
     pwr: Pwr,
     syscfg: Syscfg,
     exti: Exti,
@@ -160,6 +162,7 @@ impl Bus {
             clock_changed: false,
             flash_file_failure: None,
             clocks,
+            switched_s: 0.0,
             rcc,
             pwr: Pwr::default(),
             syscfg: Syscfg::default(),

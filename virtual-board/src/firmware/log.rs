@@ -60,6 +60,15 @@ impl FirmwareLog {
         }
     }
 
+    /// Sets the first channel to blocking, as a debug probe does that wants to lose nothing, and never reads it again.
+    pub fn stop_reading(&mut self, ram: &mut Block) {
+        const BLOCK_IF_FULL: u32 = 2;
+        if let Some(control) = self.control.take() {
+            // A firmware without this channel has no log that could block.
+            let _ = ram.write(control + FIRST_CHANNEL + 20, &BLOCK_IF_FULL.to_le_bytes());
+        }
+    }
+
     /// Reads new bytes of the log and prints the complete entries.
     pub fn poll(&mut self, ram: &mut Block, now_s: f64) {
         let Some(bytes) = self.control.and_then(|control| drain(ram, control)) else {

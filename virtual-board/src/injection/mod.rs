@@ -54,8 +54,22 @@ pub enum Fault {
         #[serde(deserialize_with = "hexadecimal")]
         address: u32,
     },
-    /// The crystal stops and never starts again. A core that runs on it stands still.
-    Crystal,
+    /// The crystal stops. A core that runs on it stands still; a PLL that runs on it drifts to a fraction of its frequency.
+    Crystal {
+        /// The PLL then runs at 1 / drift of its frequency.
+        #[serde(default = "usual_drift")]
+        drift: u32,
+        /// Whether the crystal works again after the next reset; otherwise it never starts again.
+        #[serde(default)]
+        returns: bool,
+    },
+    /// A debugger halts the core for a while; everything else runs on.
+    Halt {
+        /// Duration, µs.
+        duration_us: u64,
+    },
+    /// A debug probe has set the log to blocking, and never reads it again.
+    LogUnread,
     /// Bits of the double word of flash at this address flip.
     BitError {
         /// The address.
@@ -155,6 +169,11 @@ pub enum Effect {
     Noise,
     /// The stop bit is missing, and the board's receiver detects it (FE).
     Framing,
+}
+
+/// Fraction at which a PLL without its input settles, when the fault does not say it.
+fn usual_drift() -> u32 {
+    4
 }
 
 fn hexadecimal<'de, D: Deserializer<'de>>(text: D) -> Result<u32, D::Error> {

@@ -173,6 +173,9 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::DmaSlip { adc, .. } if !(1..=5).contains(adc) => {
             Err(format!("adc is {adc}, but must be 1 to 5"))
         }
+        Fault::Crystal { drift, .. } if !(2..=12).contains(drift) => {
+            Err(format!("drift is {drift}, but must be 2 to 12"))
+        }
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(
             format!("address is {address:#010x}, but flash is 0x08000000 to 0x0807ffff"),
         ),
@@ -249,6 +252,7 @@ mod tests {
         assert!(line == 2 && said.contains("earthquake"), "{said}");
         for (line, hint) in [
             ("{\"fault\":\"pin_reset\"}", "expected either at_s"),
+            ("{\"at_s\":1,\"fault\":\"crystal\",\"drift\":1}", "2 to 12"),
             ("{\"at_s\":-1,\"fault\":\"pin_reset\"}", "-1"),
             ("{\"at_s\":1,\"fault\":\"brown_out\"}", "ram_kept"),
             ("{\"at_s\":1,\"fault\":\"hang\",\"exeption\":0}", "exeption"),

@@ -6,7 +6,7 @@ use crate::memory::{BANK_SIZE, FLASH_BASE, FLASH_SIZE};
 impl Context {
     /// An operation on the flash memory keeps the core waiting until it ends.
     pub(super) fn wait_for_flash(&mut self) {
-        if self.bus.flash.busy_bank().is_some() {
+        if self.bus.flash.is_at_work() {
             self.cycles = self.cycles.max(self.bus.flash.next_event());
             self.bus.run_events(self.cycles);
         }
@@ -22,7 +22,7 @@ impl Context {
     /// The core is about to read from a bank that is watched.
     pub(super) fn look_at_flash(&mut self, offset: usize) {
         self.before_access();
-        if self.bus.flash.busy_bank() == Some(offset / BANK_SIZE) {
+        if self.bus.flash.is_busy(offset / BANK_SIZE) {
             self.wait_for_flash();
         }
         self.bus.check_flash_read(offset);
@@ -36,15 +36,15 @@ impl Context {
 
     /// The core cannot fetch from a bank that is being programmed or erased.
     pub(super) fn stall_on_busy_bank(&mut self, address: u32) {
-        let Some(busy) = self.bus.flash.busy_bank() else {
+        if !self.bus.flash.is_at_work() {
             return;
-        };
+        }
         let offset = if address < FLASH_SIZE as u32 {
             address
         } else {
             address.wrapping_sub(FLASH_BASE)
         };
-        if offset as usize / BANK_SIZE == busy {
+        if self.bus.flash.is_busy(offset as usize / BANK_SIZE) {
             self.wait_for_flash();
         }
     }

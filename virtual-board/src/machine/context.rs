@@ -254,6 +254,11 @@ impl Context {
         self.log.poll(&mut self.bus.ram, now_s);
     }
 
+    /// The log is never read again, and a full one blocks.
+    pub(super) fn stop_reading_the_log(&mut self) {
+        self.log.stop_reading(&mut self.bus.ram);
+    }
+
     /// The core starts from reset.
     pub(super) fn restart(&mut self) {
         self.event = false;

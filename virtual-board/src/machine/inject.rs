@@ -76,11 +76,13 @@ impl Machine {
                     self.set_register(RegisterARM::MSP, address);
                 }
             }
-            Fault::Crystal => {
-                if self.bus_mut().stop_crystal() {
+            Fault::Crystal { drift, returns } => {
+                if self.bus_mut().stop_crystal(drift, returns) {
                     self.context_mut().sleep = Some(Sleep::LockedUp);
                 }
             }
+            Fault::Halt { duration_us } => return self.debugger_halts(duration_us),
+            Fault::LogUnread => self.context_mut().stop_reading_the_log(),
             Fault::BitError { address, bits } => {
                 let offset = (address - FLASH_BASE) as usize;
                 let flaw = if bits == 1 { Flaw::OneBit } else { Flaw::Torn };
@@ -118,6 +120,21 @@ impl Machine {
             self.jump_clearing_monitor(address);
         }
         Ok(())
+    }
+
+    /// The core stands still for so long, while a debugger has it; a reset ends that.
+    fn debugger_halts(&mut self, duration_us: u64) -> Result<(), Stop> {
+        self.bus_mut().halt_core(duration_us);
+        let until_s = self.bus().now_s() + duration_us as f64 * 1e-6;
+        let most_sent = self.context_mut().most_sent.take();
+        let sleep = self.context_mut().sleep.replace(Sleep::LockedUp);
+        let result = self.run_on(until_s);
+        let context = self.context_mut();
+        context.most_sent = most_sent;
+        if context.sleep == Some(Sleep::LockedUp) {
+            context.sleep = sleep;
+        }
+        result
     }
 
     /// Runs until `exception` is active; false if that does not happen in time.

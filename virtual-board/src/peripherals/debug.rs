@@ -10,6 +10,9 @@ const IDCODE: u32 = 0x2003_6469;
 const DWT_CONFIGURATION: u32 = 0x4000_0000;
 const TRCENA: u32 = 24;
 const DBG_SLEEP: u32 = 0;
+/// Register DBGMCU_APB1FZR1 and its bit DBG_IWDG_STOP.
+const APB1FZR1: usize = 0x08 / 4;
+const DBG_IWDG_STOP: u32 = 12;
 
 /// The debug blocks.
 #[derive(Debug, Default)]
@@ -57,6 +60,11 @@ impl Debug {
         if self.counting && !bit(self.dbgmcu[1], DBG_SLEEP) {
             self.counted = self.counted.wrapping_sub(duration as u32);
         }
+    }
+
+    /// Whether the watchdog stands still while a debugger halts the core.
+    pub fn watchdog_stops_in_halt(&self) -> bool {
+        bit(self.dbgmcu[APB1FZR1], DBG_IWDG_STOP)
     }
 
     /// DEMCR.

@@ -18,6 +18,8 @@ const GIF: u32 = 1;
 const TCIF: u32 = 2;
 const HTIF: u32 = 4;
 const TEIF: u32 = 8;
+/// The global flags of all channels.
+const ALL_GIF: u32 = 0x1111_1111;
 
 /// One item to be moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +77,12 @@ impl Dma {
         }
         if offset == 0x04 {
             self.clear(value);
-            return Ok(());
+            return match value & ALL_GIF {
+                0 => Ok(()),
+                _ => Err(Unmodelled(
+                    "clearing the global flag can lose an event that comes at the same time: clear the others",
+                )),
+            };
         }
         let (index, register) = locate(offset)?;
         let channel = &mut self.channels[index];

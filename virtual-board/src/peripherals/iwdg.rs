@@ -53,6 +53,13 @@ impl Iwdg {
         self.core_hz = core_hz;
     }
 
+    /// A debugger that halts the core stops the counter for so long, if the firmware has asked for that (DBGMCU).
+    pub fn stand_still(&mut self, duration: Cycles) {
+        if self.running() {
+            self.bites_at += duration;
+        }
+    }
+
     /// Reads a register.
     pub fn read(&mut self, offset: u32, now: Cycles) -> Read {
         Ok(match offset {

@@ -179,3 +179,48 @@ fn a_torn_word_is_noticed_right_after_others_of_its_page_were_read() {
     let _ = chip.run(1e-3);
     assert_eq!(chip.result(0), 1 << 31 | 1 << 21 | 2, "ECCD");
 }
+
+#[test]
+fn a_halt_stops_the_core_and_the_watchdog_only_if_the_firmware_asks_for_that() {
+    const APB1FZR1: u32 = 0xE004_2008;
+    for (freeze, bites) in [(0, 1), (1 << 12, 0)] {
+        // The watchdog of 10 ms is fed in a loop that also counts in result 2.
+        let main = says_why_it_started()
+            .store(APB1FZR1, freeze)
+            .store(0x4000_3000, 0xCCCC)
+            .store(0x4000_3000, 0x5555)
+            .store(0x4000_3008, 79)
+            .load(3, 0)
+            .load(4, 0x4000_3000)
+            .load(7, 0xAAAA)
+            .save(2, 3)
+            // str r7, [r4]; adds r3, #1; str r3, [r6]; b back
+            .raw(&[0x6027, 0x3301, 0x6033, 0xE7FB]);
+        let halt = r#"{"at_s":0.05,"fault":"halt","duration_us":30000}"#;
+        let mut chip = with_faults(main, &[], &[halt]);
+        chip.run(0.0499).unwrap();
+        let before = chip.result(2);
+        chip.run(0.0301).unwrap();
+        assert_eq!(chip.result(0) >> 29 & 1, bites, "IWDGRSTF");
+        if bites == 0 {
+            let most = before + before / 400;
+            assert!((before..most).contains(&chip.result(2)), "it ran on");
+            chip.run(0.01).unwrap();
+            assert!(chip.result(2) > most, "it does not go on");
+        }
+    }
+}
+
+#[test]
+fn a_watched_crystal_that_stops_raises_the_non_maskable_interrupt() {
+    const RCC_CR: u32 = 0x4002_1000;
+    const RCC_CIFR: u32 = 0x4002_101C;
+    let main = counts(Code::new().store(RCC_CR, 1 << 8 | 1 << 16 | 1 << 19), 0).spin();
+    let handler = Code::new().fetch(0, RCC_CIFR).save(1, 0).spin();
+    let dies = r#"{"at_s":0.004,"fault":"crystal"}"#;
+    let mut chip = with_faults(main, &[(2, handler)], &[dies]);
+    chip.run(0.003).unwrap();
+    assert_ne!(chip.result(1), 1 << 8);
+    assert!(chip.run(0.002).is_err(), "the handler spins for ever");
+    assert_eq!(chip.result(1), 1 << 8, "CSSF");
+}

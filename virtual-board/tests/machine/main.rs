@@ -6,6 +6,7 @@ mod exceptions;
 mod faults;
 mod flash;
 mod injection;
+mod log;
 mod power;
 mod serial;
 mod sleep;

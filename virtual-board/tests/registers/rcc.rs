@@ -3,6 +3,8 @@
 use virtual_board::peripherals::rcc::{Clocks, Rcc, ResetCause, Source};
 
 const CR: u32 = 0x00;
+const CIFR: u32 = 0x1C;
+const CICR: u32 = 0x20;
 const CFGR: u32 = 0x08;
 const PLLCFGR: u32 = 0x0C;
 const AHB2ENR: u32 = 0x4C;
@@ -12,6 +14,7 @@ const CRRCR: u32 = 0x98;
 
 const HSEON: u32 = 1 << 16;
 const HSERDY: u32 = 1 << 17;
+const CSSON: u32 = 1 << 19;
 const PLLON: u32 = 1 << 24;
 const PLLRDY: u32 = 1 << 25;
 /// HSE / 4 · 50 / 2 = 150 MHz on output R, / 2 on P.
@@ -78,6 +81,7 @@ fn prescalers_divide_and_timers_run_at_twice_a_divided_bus() {
         rcc.clocks(),
         Clocks {
             source: Source::Crystal,
+            system: 150_000_000,
             hclk: 150_000_000,
             apb1_timers: 150_000_000,
             apb2_timers: 75_000_000,
@@ -149,9 +153,62 @@ fn causes_of_resets_add_up_until_they_are_removed_or_the_supply_dips() {
 fn a_dead_crystal_never_gets_ready_not_even_after_a_reset() {
     let mut rcc = Rcc::new(ResetCause::PowerOn);
     rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
-    rcc.stop_crystal();
+    assert!(!rcc.stop_crystal(4, false, 0), "nothing watches it");
     assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
     rcc.reset(ResetCause::Pin);
     rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
     assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
+}
+
+#[test]
+fn a_pll_without_its_crystal_drifts_to_a_fraction_and_clocks_the_chip_on() {
+    let (mut rcc, locked) = on_crystal();
+    rcc.write(CFGR, 3, locked).unwrap();
+    assert!(!rcc.stop_crystal(12, false, locked));
+    assert_eq!(rcc.clocks().hclk, 12_500_000);
+    assert_eq!(rcc.read(CFGR, locked).unwrap() >> 2 & 3, 3, "SWS says PLL");
+    assert_eq!(rcc.read(CIFR, locked), Ok(0));
+}
+
+#[test]
+fn clock_security_takes_the_internal_oscillator_and_flags_it_until_it_is_cleared() {
+    let (mut rcc, locked) = on_crystal();
+    rcc.write(CFGR, 3, locked).unwrap();
+    let control = rcc.read(CR, locked).unwrap();
+    rcc.write(CR, control | CSSON, locked).unwrap();
+    rcc.write(CR, control & !CSSON, locked).unwrap();
+    assert_eq!(
+        rcc.read(CR, locked).unwrap() & CSSON,
+        CSSON,
+        "only a reset switches it off"
+    );
+    assert!(rcc.stop_crystal(12, false, locked));
+    let clocks = rcc.clocks();
+    assert_eq!((clocks.hclk, clocks.source), (16_000_000, Source::Internal));
+    assert_eq!(rcc.read(CFGR, locked).unwrap() & 0xF, 1 | 1 << 2);
+    assert_eq!(
+        rcc.read(CR, locked).unwrap() & (HSEON | HSERDY | PLLON | PLLRDY),
+        0
+    );
+    assert_eq!(rcc.read(CIFR, locked), Ok(1 << 8), "CSSF");
+    rcc.write(CICR, 1 << 8, locked).unwrap();
+    assert_eq!(rcc.read(CIFR, locked), Ok(0));
+}
+
+#[test]
+fn a_crystal_that_is_not_ready_is_not_watched() {
+    let mut rcc = Rcc::new(ResetCause::PowerOn);
+    rcc.write(CR, 1 << 8 | HSEON | CSSON, 0).unwrap();
+    assert!(!rcc.stop_crystal(4, false, 31_999));
+    assert_eq!(rcc.read(CIFR, 40_000), Ok(0));
+}
+
+#[test]
+fn a_crystal_that_returns_starts_after_the_next_reset() {
+    let (mut rcc, locked) = on_crystal();
+    assert!(!rcc.stop_crystal(4, true, locked));
+    assert_eq!(rcc.read(CR, 1 << 40).unwrap() & HSERDY, 0);
+    rcc.reset(ResetCause::Software);
+    rcc.write(CR, 1 << 8 | HSEON, 0).unwrap();
+    assert_eq!(rcc.read(CR, 32_000).unwrap() & HSERDY, HSERDY);
 }

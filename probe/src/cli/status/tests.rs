@@ -4,7 +4,7 @@ use hexsense_core::harmonics::ChannelSums;
 use hexsense_core::records::SetId;
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Drive;
-use hexsense_core::wire::status::{EventCount, Events, Resets};
+use hexsense_core::wire::status::{EventCount, Events, OptionBytes, Resets};
 
 /// Counts that are powers of two tell in every sum what was added.
 fn events() -> Events {
@@ -83,6 +83,7 @@ fn reading() -> Reading {
             watchdog: 5,
             other: 6,
             previous_uptime_ms: Some(98_700),
+            crystal: 7,
         },
         stack: StackUse {
             deepest: 5_120,
@@ -90,6 +91,12 @@ fn reading() -> Reading {
         },
         provisioned: true,
         panic: Some("index out of bounds".try_into().unwrap()),
+        option_bytes: OptionBytes {
+            dual_bank: true,
+            readout_protection: 2,
+            brown_out_level: 3,
+            write_protected: [None, Some((64, 127)), None, None],
+        },
     };
     Reading {
         status,
@@ -146,8 +153,9 @@ tilt, rough    roll 7.2°, pitch -14.3°
 key            provisioned; the board takes changes only with its key
 coefficients   set 01020304050607ab, uploaded with change 42
 last start     watchdog: a part of the board made no progress, after 98.7 s
-starts         22 since power-on; resets: 1 by dips of the supply, 2 by the pin, 3 by software, 4 by panics, 5 by the watchdog, 6 by others
+starts         22 since power-on; resets: 1 by dips of the supply, 2 by the pin, 3 by software, 4 by panics, 5 by the watchdog, 6 by others, 7 by failures of the crystal
 stack          5120 of 8192 bytes used at most
+option bytes   two banks of flash, readout protection level 2, protected from writing: WRP1B pages 64 to 127, brown-out level 3 (2.5 V)
 last panic     index out of bounds
 ";
     assert_eq!(reading().table(), expected);
@@ -252,10 +260,18 @@ fn the_document_has_every_figure_under_its_key() {
             "panics": 4,
             "watchdog": 5,
             "other": 6,
+            "crystal": 7,
             "previous_uptime_s": 98.7,
         },
         "stack": {"deepest_bytes": 5_120, "bytes": 8_192},
         "panic": "index out of bounds",
+        "option_bytes": {
+            "dual_bank": true,
+            "readout_protection": 2,
+            "brown_out_level": 3,
+            "write_protected": [{"area": "WRP1B", "first_page": 64, "last_page": 127}],
+            "changes_allowed": true,
+        },
     });
     assert_same(&reading().to_json(), &expected);
 }

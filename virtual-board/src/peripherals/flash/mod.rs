@@ -3,20 +3,24 @@
 //! - Double words are programmed through a latch: a word to the lower address, then a word to the upper one. 85 µs.
 //! - Pages are erased in 22 ms. The operation takes effect when it ends.
 //! - While a bank is busy the other can be read and executed; an access to the busy bank, and a store to either,
-//!   stalls the core until the operation ends (3.3.1, 3.3.5). The processor model asks [`Flash::busy_bank`].
+//!   stalls the core until the operation ends (3.3.1, 3.3.5). The processor model asks [`Flash::is_busy`].
 //! - An operation that a reset or the end of the power cuts short leaves a torn double word or page: some bits are
 //!   done, and the error code does not match. A read of it sets ECCD and raises the NMI. An interrupted erasure leaves
 //!   old, torn and erased words in its page.
 //! - A double word with one wrong bit reads correctly, sets ECCC, and raises the interrupt if ECCCIE is set.
 //!
-//! Reads of data find errors, instruction fetches do not. Not modelled: fast programming, option byte programming,
-//! protection areas.
+//! Reads of data find errors, instruction fetches do not. Not modelled: fast programming, programming of option bytes,
+//! areas protected from reading.
+//!
+//! [`options`] has the option bytes; with a single bank (DBANK = 0) pages have other places.
 
 mod operations;
+pub mod options;
 mod registers;
 
 use rand_chacha::ChaCha8Rng;
 
+use self::options::Options;
 use super::{Cycles, bit};
 use crate::injection::Progress;
 use crate::memory::BANK_SIZE;
@@ -26,6 +30,7 @@ use crate::memory::flash::FlashMemory;
 // SR
 const EOP: u32 = 1 << 0;
 const OPERR: u32 = 1 << 1;
+const WRPERR: u32 = 1 << 4;
 const PGAERR: u32 = 1 << 5;
 const SIZERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
@@ -68,6 +73,7 @@ pub struct Flash {
     sr: u32,
     cr: u32,
     eccr: u32,
+    options: Options,
     keyhole: Keyhole,
     option_keyhole: Keyhole,
     /// Lower half of a double word that waits for its upper half.
@@ -94,6 +100,7 @@ impl Flash {
             sr: 0,
             cr: 1 << LOCK | 1 << OPTLOCK,
             eccr: 0,
+            options: Options::default(),
             keyhole: Keyhole::Locked,
             option_keyhole: Keyhole::Locked,
             latch: None,
@@ -116,9 +123,15 @@ impl Flash {
         *self = Self {
             operations: self.operations,
             trap: self.trap,
+            options: self.options.clone(),
             ..fresh
         };
         Ok(())
+    }
+
+    /// The option registers; a change is one that a debug probe makes before the reset.
+    pub fn options_mut(&mut self) -> &mut Options {
+        &mut self.options
     }
 
     /// Sets the frequency of the core.
@@ -182,11 +195,16 @@ impl Flash {
         here
     }
 
-    /// The bank that an operation keeps busy, 0 or 1.
-    pub fn busy_bank(&self) -> Option<usize> {
-        self.running.map(|(operation, _)| match operation {
+    /// Whether an operation is under way.
+    pub fn is_at_work(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// Whether an operation keeps bank 0 or 1 busy; without two banks it keeps both.
+    pub fn is_busy(&self, bank: usize) -> bool {
+        self.running.is_some_and(|(operation, _)| match operation {
             Operation::Program { offset, .. } | Operation::Erase { offset, .. } => {
-                offset / BANK_SIZE
+                offset / BANK_SIZE == bank || !self.options.dual_bank()
             }
         })
     }
@@ -194,16 +212,19 @@ impl Flash {
     /// Whether reads of a bank must be looked at: it is busy, or holds a double word whose error code does not fit.
     pub fn watched(&self, bank: usize, memory: &FlashMemory) -> bool {
         let start = bank * BANK_SIZE;
-        self.busy_bank() == Some(bank) || memory.flaws().any_in(start..start + BANK_SIZE)
+        self.is_busy(bank) || memory.flaws().any_in(start..start + BANK_SIZE)
     }
 
     /// Notes a read at `offset`; true if the double word there is torn, which raises the NMI.
     pub fn check_read(&mut self, offset: usize, memory: &FlashMemory) -> bool {
         let flaw = memory.flaws().get(offset & !7);
         if let Some(flaw) = flaw {
-            let in_bank = (offset % BANK_SIZE / 8) as u32;
             let flag = if flaw == Flaw::Torn { ECCD } else { ECCC };
-            let bank = (offset / BANK_SIZE) as u32;
+            let (bank, in_bank) = match self.options.dual_bank() {
+                true => (offset / BANK_SIZE, offset % BANK_SIZE),
+                false => (0, offset),
+            };
+            let (bank, in_bank) = (bank as u32, (in_bank / 8) as u32);
             let kept = self.eccr & (1 << ECCCIE | 1 << ECCC | 1 << ECCD);
             self.eccr = kept | 1 << flag | bank << BK_ECC | in_bank;
         }

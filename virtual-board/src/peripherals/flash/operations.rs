@@ -2,10 +2,10 @@
 
 use rand_chacha::rand_core::Rng as _;
 
-use super::{EOP, EOPIE, ERRORS, Flash, OPERR, Operation, PG, PGSERR, STRT};
+use super::{EOP, EOPIE, ERRORS, Flash, OPERR, Operation, PG, PGSERR, STRT, WRPERR};
 use crate::injection::Progress;
 use crate::memory::flash::FlashMemory;
-use crate::memory::{BANK_SIZE, FLASH_SIZE, PAGE_SIZE};
+use crate::memory::{BANK_SIZE, FLASH_SIZE};
 use crate::peripherals::{Cycles, NEVER, bit, field};
 
 /// Duration of an operation, s (data sheet DS12288, table "Flash memory characteristics", typical).
@@ -63,6 +63,9 @@ impl Flash {
         if memory.double_word(offset) != u64::MAX && data != 0 {
             return Some(PROGERR);
         }
+        if self.options.protects(&(offset..offset + 8)) {
+            return Some(WRPERR);
+        }
         let end = now + (PROGRAM_S * self.core_hz) as Cycles;
         self.begin(Operation::Program { offset, data }, end);
         None
@@ -85,20 +88,22 @@ impl Flash {
             self.fail(PGSERR);
             return;
         }
-        let bank = |second| if second { BANK_SIZE } else { 0 };
-        let (offset, length, duration_s) = match (page, mer1, mer2) {
+        let (range, duration_s) = match (page, mer1, mer2) {
             (true, ..) => {
                 let number = field(self.cr, 3, 7) as usize;
-                (
-                    bank(bit(self.cr, 11)) + number * PAGE_SIZE,
-                    PAGE_SIZE,
-                    PAGE_ERASE_S,
-                )
+                (self.options.page(number, bit(self.cr, 11)), PAGE_ERASE_S)
             }
-            (false, true, true) => (0, FLASH_SIZE, MASS_ERASE_S),
-            (false, _, second) => (bank(second), BANK_SIZE, MASS_ERASE_S),
+            (false, true, true) => (0..FLASH_SIZE, MASS_ERASE_S),
+            (false, true, false) => (0..BANK_SIZE, MASS_ERASE_S),
+            (false, false, _) => (BANK_SIZE..FLASH_SIZE, MASS_ERASE_S),
         };
+        if self.options.protects(&range) {
+            self.cr &= !(1 << STRT);
+            self.fail(WRPERR);
+            return;
+        }
         let end = now + (duration_s * self.core_hz) as Cycles;
+        let (offset, length) = (range.start, range.len());
         self.begin(Operation::Erase { offset, length }, end);
     }
 

@@ -8,8 +8,6 @@ use crate::peripherals::{Cycles, NO_SUCH_REGISTER, Read, Unmodelled, Write, bit,
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
-/// Factory setting: dual bank, watchdogs started by software, no protection.
-const OPTR: u32 = 0xFFEF_F8AA;
 
 const FSTPG: u32 = 18;
 const OPTSTRT: u32 = 17;
@@ -24,10 +22,13 @@ impl Flash {
             0x10 => self.sr | if self.running.is_some() { BSY } else { 0 },
             0x14 => self.cr,
             0x18 => self.eccr,
-            0x20 => OPTR,
+            0x20 => self.options.optr,
             0x24 | 0x44 => 0xFFFF_FFFF,
             0x28 | 0x48 => 0xFFFF_0000,
-            0x2C | 0x30 | 0x4C | 0x50 => 0xFF00_FFFF,
+            0x2C => self.options.write_protection[0],
+            0x30 => self.options.write_protection[1],
+            0x4C => self.options.write_protection[2],
+            0x50 => self.options.write_protection[3],
             0x70 | 0x74 => 0xFF00_FF00,
             _ => return Err(NO_SUCH_REGISTER),
         })

@@ -14,6 +14,8 @@ pub enum Source {
 pub struct Clocks {
     /// Where the system clock comes from.
     pub source: Source,
+    /// The system clock, before the divider of the bus.
+    pub system: u32,
     /// Core and buses.
     pub hclk: u32,
     /// Timers on bus APB1.

@@ -5,8 +5,11 @@
 //! ```
 //!
 //! The board's crystal is 24 MHz. Oscillators become ready after the typical start-up times of the data sheet
-//! (DS12288); a switch of the system clock waits for its source. Clock security and oscillator interrupts are not
-//! modelled.
+//! (DS12288); a switch of the system clock waits for its source. Oscillator interrupts are not modelled.
+//!
+//! A crystal that stops leaves the PLL without its input: it drifts to a fraction of its frequency and clocks the chip
+//! on. The clock security system (7.2.8), when it is on, finds that at once: it switches the crystal and its PLL off,
+//! takes the internal oscillator, and raises the non-maskable interrupt, here once and not until CSSF is cleared.
 
 mod clocks;
 mod tree;
@@ -29,6 +32,13 @@ const AHB1ENR: usize = 0x48 / 4;
 const BDCR: usize = 0x90 / 4;
 const CSR: usize = 0x94 / 4;
 const CRRCR: usize = 0x98 / 4;
+// CR
+const HSION: u32 = 8;
+const HSEON: u32 = 16;
+const CSSON: u32 = 19;
+const PLLON: u32 = 24;
+/// CIFR, and the bit that clears it in CICR.
+const CSSF: u32 = 1 << 8;
 
 /// The oscillators: register and bits (on, ready) of each, and its start-up time, s.
 const OSCILLATORS: [(usize, u32, u32, f64); 6] = [
@@ -82,6 +92,12 @@ pub struct Rcc {
     core_hz: f64,
     /// The crystal works.
     crystal: bool,
+    /// A crystal that does not work does so again after the next reset.
+    crystal_returns: bool,
+    /// What the PLL divides the frequency of its missing input by; 1 while the crystal works.
+    drift: u32,
+    /// The flag of the clock security system.
+    cssf: u32,
 }
 
 impl Rcc {
@@ -101,6 +117,9 @@ impl Rcc {
             ready_at,
             core_hz: f64::from(HSI_HZ),
             crystal: true,
+            crystal_returns: false,
+            drift: 1,
+            cssf: 0,
         }
     }
 
@@ -110,17 +129,53 @@ impl Rcc {
             ResetCause::PowerOn | ResetCause::BrownOut => 0,
             _ => self.registers[CSR] & 0xFE00_0000,
         };
+        let works = self.crystal || self.crystal_returns;
         *self = Self {
-            crystal: self.crystal,
+            crystal: works,
+            drift: if works { 1 } else { self.drift },
             ..Self::new(cause)
         };
         self.registers[CSR] |= earlier;
     }
 
-    /// The crystal stops and never starts again; a core that runs on it stands still.
-    pub fn stop_crystal(&mut self) {
-        self.crystal = false;
+    /// The crystal stops, for good or until the next reset; a PLL that it drives runs on at `1 / drift` of its frequency.
+    /// True when the clock security system finds it, which raises the non-maskable interrupt.
+    pub fn stop_crystal(&mut self, drift: u32, returns: bool, now: Cycles) -> bool {
+        self.settle(now);
+        let watched = bit(self.registers[CR], CSSON) && now >= self.ready_at[HSE];
+        (self.crystal, self.crystal_returns) = (false, returns);
+        self.drift = drift;
         self.ready_at[HSE] = NEVER;
+        if watched {
+            self.fall_back(now);
+        }
+        watched
+    }
+
+    /// What the clock security system does.
+    fn fall_back(&mut self, now: Cycles) {
+        const SW_AND_SWS: u32 = 0xF;
+        const HSI_IS_USED: u32 = 1 | 1 << 2;
+        let on_crystal = match field(self.registers[CFGR], 2, 2) {
+            2 => true,
+            3 => self.pll_source() == Source::Crystal,
+            _ => false,
+        };
+        if on_crystal {
+            self.registers[CFGR] = self.registers[CFGR] & !SW_AND_SWS | HSI_IS_USED;
+        }
+        if self.pll_source() == Source::Crystal {
+            self.registers[CR] &= !(1 << PLLON);
+            self.ready_at[PLL] = NEVER;
+        }
+        self.registers[CR] = self.registers[CR] & !(1 << HSEON) | 1 << HSION;
+        self.ready_at[HSI] = self.ready_at[HSI].min(now);
+        self.cssf = CSSF;
+    }
+
+    /// Whether the system clock is the crystal's own: such a core stands still when it stops.
+    pub fn runs_on_crystal_itself(&self) -> bool {
+        field(self.registers[CFGR], 2, 2) == 2
     }
 
     /// Sets the frequency of the core, for the start-up times of oscillators.
@@ -133,7 +188,8 @@ impl Rcc {
         self.settle(now);
         let index = offset as usize / 4;
         match offset {
-            0x1C | 0x20 => Ok(0),
+            0x1C => Ok(self.cssf),
+            0x20 => Ok(0),
             _ => self
                 .registers
                 .get(index)
@@ -155,13 +211,18 @@ impl Rcc {
             }
             CSR if bit(value, 23) => value & 1,
             CSR => (old & 0xFE00_0000) | (value & 1),
+            // Only a reset switches the clock security system off.
+            CR => value | (old & 1 << CSSON),
             _ => value,
         };
         self.switch_oscillators(index, old, now);
         self.settle(now);
         match offset {
             0x18 if value != 0 => Err(Unmodelled("interrupts of oscillators")),
-            0x00 if bit(value, 19) => Err(Unmodelled("clock security system")),
+            0x20 => {
+                self.cssf &= !value;
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

@@ -37,6 +37,7 @@ impl Rcc {
         };
         Clocks {
             source,
+            system,
             hclk,
             apb1_timers: timers(apb1),
             apb2_timers: timers(apb2),
@@ -46,7 +47,7 @@ impl Rcc {
         }
     }
 
-    fn pll_source(&self) -> Source {
+    pub(super) fn pll_source(&self) -> Source {
         if field(self.registers[PLLCFGR], 0, 2) == 3 {
             Source::Crystal
         } else {
@@ -58,7 +59,7 @@ impl Rcc {
         let pllcfgr = self.registers[PLLCFGR];
         let input = match field(pllcfgr, 0, 2) {
             2 => HSI_HZ,
-            3 => HSE_HZ,
+            3 => HSE_HZ / self.drift,
             _ => 0,
         };
         u64::from(input) * u64::from(field(pllcfgr, 8, 7)) / u64::from(field(pllcfgr, 4, 4) + 1)
