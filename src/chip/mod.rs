@@ -3,5 +3,6 @@
 pub mod clock;
 pub mod identity;
 pub mod pins;
+pub mod random;
 pub mod timing;
 pub mod trigger;

@@ -29,6 +29,8 @@ pub struct Context {
     pub temperature_c: f32,
     /// Set that makes the values.
     pub set: Option<SetId>,
+    /// Whether no good reading of the supply has come for a second.
+    pub supply_is_old: bool,
 }
 
 /// First scan and context of a piece.
@@ -115,6 +117,7 @@ impl Queue {
             supply: 0.0,
             temperature_c: 0.0,
             set: None,
+            supply_is_old: false,
         };
         Self {
             inertial: [[0; INERTIAL]; SCANS],
