@@ -7,22 +7,27 @@
 //! | `no_loss` | changes of the coefficients while everything streams at 4 kHz |
 //! | `counted` | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and `captures` must show the gaps |
 //! | `hostile` | requests and bytes that no correct host sends, singly and in floods |
-//! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
+//! | `recovery` | resets, hangs, tasks that are never woken again, jumps into nothing, stack overflows; flipped bits of the coefficients in RAM (`flips`); and the `soak`, an hour of faults of all kinds |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `supply` | wrong readings of the reference, one, some, and for ever |
+//! | `random` | a generator of random numbers that fails, for ever and while key and coefficients come |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
 mod authority;
 mod captures;
 mod counted;
+mod flips;
 mod gaps;
 mod hostile;
 mod no_loss;
 mod outcome;
 mod power_cut;
+mod random;
 mod recovery;
 mod soak;
+mod supply;
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
@@ -51,7 +56,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 9] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +64,8 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "supply",
+    "random",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -110,6 +117,9 @@ struct Size {
     resets: u64,
     forgeries: u64,
     soak_s: u64,
+    every_flip: usize,
+    every_supply: usize,
+    generators: u64,
 }
 
 impl Size {
@@ -123,6 +133,9 @@ impl Size {
         resets: 12,
         forgeries: 80,
         soak_s: 3_600,
+        every_flip: 1,
+        every_supply: 1,
+        generators: 4,
     };
     const SHORT: Self = Self {
         uploads: 2,
@@ -134,6 +147,9 @@ impl Size {
         resets: 1,
         forgeries: 5,
         soak_s: 40,
+        every_flip: 3,
+        every_supply: 5,
+        generators: 1,
     };
 }
 
@@ -179,6 +195,13 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
+        Trial::one(&["recovery"], move || flips::flip(seed, size.every_flip)),
+        Trial::one(&["supply"], move || {
+            supply::disturb(seed, size.every_supply)
+        }),
+        Trial::one(&["random"], move || {
+            random::break_down(seed, size.generators)
+        }),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

@@ -257,6 +257,7 @@ fn record_errors() -> String {
         Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
         Base { .. } => RecordError::Base(BaseError::NotFinite),
         Temperature {} => RecordError::Temperature,
+        Values { .. } => RecordError::Values { triad: Triad::AngularRate },
     })
 }
 
@@ -358,6 +359,7 @@ pub fn header() -> Header {
         set: Some(ID),
         dropped: 0x1112_1314,
         content: CONTENT,
+        supply_is_old: true,
     }
 }
 
@@ -459,6 +461,7 @@ fn status() -> Status {
             size: 0x6000,
         },
         panic: Some(heapless::String::try_from("at µ").unwrap()),
+        supply_is_old: true,
     }
 }
 
@@ -481,5 +484,10 @@ fn events() -> Events {
         receiver_errors: tally(11),
         flash_corrections: tally(12),
         torn_words: tally(13),
+        supply_refused: tally(14),
+        coefficients_restored: tally(15),
+        wrong_tags: tally(16),
+        changes_refused: tally(17),
+        requests_refused: tally(18),
     }
 }

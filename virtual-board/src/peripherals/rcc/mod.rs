@@ -82,6 +82,8 @@ pub struct Rcc {
     core_hz: f64,
     /// The crystal works.
     crystal: bool,
+    /// The 48 MHz oscillator works.
+    hsi48: bool,
 }
 
 impl Rcc {
@@ -101,6 +103,7 @@ impl Rcc {
             ready_at,
             core_hz: f64::from(HSI_HZ),
             crystal: true,
+            hsi48: true,
         }
     }
 
@@ -112,6 +115,7 @@ impl Rcc {
         };
         *self = Self {
             crystal: self.crystal,
+            hsi48: self.hsi48,
             ..Self::new(cause)
         };
         self.registers[CSR] |= earlier;
@@ -121,6 +125,12 @@ impl Rcc {
     pub fn stop_crystal(&mut self) {
         self.crystal = false;
         self.ready_at[HSE] = NEVER;
+    }
+
+    /// The 48 MHz oscillator stops and never starts again.
+    pub fn stop_hsi48(&mut self) {
+        self.hsi48 = false;
+        self.ready_at[HSI48] = NEVER;
     }
 
     /// Sets the frequency of the core, for the start-up times of oscillators.
@@ -195,7 +205,7 @@ impl Rcc {
                 [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
             if in_use == Some(oscillator) && bit(old, on) {
                 self.registers[index] |= 1 << on; // the clock in use cannot be switched off
-            } else if oscillator == HSE && !self.crystal {
+            } else if oscillator == HSE && !self.crystal || oscillator == HSI48 && !self.hsi48 {
                 // It does not start.
             } else if bit(self.registers[index] & !old, on) {
                 self.ready_at[oscillator] = now + (start_s * self.core_hz) as Cycles;
