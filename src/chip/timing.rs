@@ -58,8 +58,8 @@ pub const GATHER: Duration = Duration::from_micros(500);
 /// core a thousand errors a second at most.
 pub const DEAF_AFTER_ERROR: Duration = Duration::from_millis(1);
 
-/// From the end of a transmission's DMA to that of its last character: two characters take 10 µs.
-pub const LAST_CHARACTERS: Duration = Duration::from_micros(20);
+/// From the end of a transmission's DMA to that of its last character: eight in the FIFO and one on the line take 45 µs.
+pub const LAST_CHARACTERS: Duration = Duration::from_micros(50);
 
 /// The watchdog resets a board of which a part makes no progress for so long: longer than the slowest flash
 /// operation (a page is erased in 22 ms, and a commit may need several), shorter than a user's patience.

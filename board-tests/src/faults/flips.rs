@@ -26,8 +26,8 @@ const MASKS: [&str; 4] = ["0x00400000", "0x80000000", "0x08000000", "0x38800000"
 /// Copies of a number that the firmware has at most.
 const COPIES: usize = 40;
 
-/// Flips the bits of each of these masks in every copy of an offset; every so many of the copies in the short form.
-pub fn flip(seed: u64, every: usize) -> anyhow::Result<Outcome> {
+/// Flips the bits of so many of the masks in every copy of an offset.
+pub fn flip(seed: u64, masks: usize) -> anyhow::Result<Outcome> {
     let bench = Bench::new("faults/flips", seed)?;
     let mut random = Random(seed as u32 | 1);
     let mut board = bench.on(&[])?;
@@ -44,10 +44,8 @@ pub fn flip(seed: u64, every: usize) -> anyhow::Result<Outcome> {
         outcome: Outcome::new("recovery", 0),
         restored: 0,
     };
-    for skip in (0..COPIES).step_by(every) {
-        let mask = MASKS[skip / every % MASKS.len()];
-        let masks = if every == 1 { &MASKS[..] } else { &[mask] };
-        for mask in masks {
+    for skip in 0..COPIES {
+        for mask in MASKS.iter().cycle().skip(skip).take(masks) {
             let at_s = FLIP_S + DRAWN_S * f64::from(random.share().abs());
             match flips.one(skip, mask, at_s) {
                 Ok(true) => {}

@@ -117,7 +117,7 @@ struct Size {
     resets: u64,
     forgeries: u64,
     soak_s: u64,
-    every_flip: usize,
+    masks: usize,
     every_supply: usize,
     generators: u64,
 }
@@ -133,7 +133,7 @@ impl Size {
         resets: 12,
         forgeries: 80,
         soak_s: 3_600,
-        every_flip: 1,
+        masks: 4,
         every_supply: 1,
         generators: 4,
     };
@@ -147,7 +147,7 @@ impl Size {
         resets: 1,
         forgeries: 5,
         soak_s: 40,
-        every_flip: 3,
+        masks: 1,
         every_supply: 5,
         generators: 1,
     };
@@ -195,7 +195,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
-        Trial::one(&["recovery"], move || flips::flip(seed, size.every_flip)),
+        Trial::one(&["recovery"], move || flips::flip(seed, size.masks)),
         Trial::one(&["supply"], move || {
             supply::disturb(seed, size.every_supply)
         }),
