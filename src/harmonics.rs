@@ -6,16 +6,18 @@
 
 use embassy_futures::yield_now;
 use embassy_sync::watch::Receiver;
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, with_timeout};
 use hexsense::FACTS;
 use hexsense_core::harmonics::Drive;
 use hexsense_core::sample_path::CompleteSums;
+use hexsense_core::sampling::SupplyReading;
+use hexsense_core::server::HarmonicsCommand;
 use hexsense_core::server::solving::{MotionInput, Solving};
-use hexsense_core::server::{HarmonicsCommand, SupplyReading};
 use hexsense_core::wire::{Refusal, Response};
 
+use crate::chip::timing::HEARTBEAT;
 use crate::sampling::path;
-use crate::shared::{Base, Guard, Shared};
+use crate::shared::{Base, Guard, Shared, Task};
 
 /// Blocks that are replayed before others run: a third of a millisecond.
 const SLICE: u32 = 64;
@@ -26,30 +28,34 @@ const PATIENCE: Duration = Duration::from_millis(200);
 #[embassy_executor::task]
 pub async fn solve(shared: &'static Shared) -> ! {
     // There is a receiver of each for this task, which starts once.
-    let mut task = Task {
+    let mut solver = Solver {
         solving: Solving::new(),
         base: shared.base.receiver().expect("a receiver is left"),
         supply: shared.supply.receiver().expect("a receiver is left"),
     };
     loop {
-        let answer = match shared.to_harmonics.receive().await {
+        shared.alive.sign(Task::Harmonics);
+        let Ok(command) = with_timeout(HEARTBEAT, shared.to_harmonics.receive()).await else {
+            continue;
+        };
+        let answer = match command {
             HarmonicsCommand::Channel { analyser, channel } => {
-                task.channel(analyser, channel).await
+                solver.channel(analyser, channel).await
             }
-            HarmonicsCommand::Motion { analyser } => task.motion(analyser).await,
+            HarmonicsCommand::Motion { analyser } => solver.motion(analyser).await,
         };
         let answer = answer.unwrap_or_else(Response::Refused);
         shared.answers.send(answer).await;
     }
 }
 
-struct Task {
+struct Solver {
     solving: Solving,
     base: Receiver<'static, Guard, Option<Base>, 2>,
     supply: Receiver<'static, Guard, SupplyReading, 3>,
 }
 
-impl Task {
+impl Solver {
     async fn channel(&mut self, analyser: u8, channel: u8) -> Result<Response, Refusal> {
         let sums = sums(analyser, channel).ok_or(Refusal::Incomplete { analyser })?;
         self.replay(sums.drive).await?;

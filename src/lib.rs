@@ -37,7 +37,7 @@ pub const SCAN_NS: u32 = FACTS.rank_ns * INERTIAL as u32;
 pub const TRIGGER_PRESCALER: u32 = 4;
 
 /// Readings of the supply that make up its mean.
-pub const SUPPLY_READINGS: u8 = 16;
+pub use hexsense_core::sampling::supply::READINGS as SUPPLY_READINGS;
 /// Conversions that one reading of the supply adds up.
 pub const SUPPLY_OVERSAMPLING: u32 = 256;
 /// Conversions of ADC5 for a reading: one that is thrown away, VREFINT, and the temperature.

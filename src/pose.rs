@@ -8,13 +8,13 @@
 //! A solve starts from the last pose. After a pause, in which the base may have moved, after a refusal and with another
 //! set it starts from home.
 
-use embassy_time::{Instant, Timer};
+use embassy_time::{Instant, Timer, with_timeout};
 use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::records::{BaseError, SetId};
 use hexsense_core::wire::{BoardPose, PoseRefusal, PoseReport};
 
-use crate::chip::timing::{POSE_PAUSE, POSE_PERIOD};
-use crate::shared::Shared;
+use crate::chip::timing::{HEARTBEAT, POSE_PAUSE, POSE_PERIOD};
+use crate::shared::{Shared, Task};
 
 /// Finds poses for ever.
 #[embassy_executor::task]
@@ -24,7 +24,10 @@ pub async fn find(shared: &'static Shared) -> ! {
     let mut active: Option<(SetId, Result<Tracker<f32>, BaseError>)> = None;
     let mut last = Instant::MIN;
     loop {
-        let block = shared.jacks.wait().await;
+        shared.alive.sign(Task::Pose);
+        let Ok(block) = with_timeout(HEARTBEAT, shared.jacks.wait()).await else {
+            continue;
+        };
         let now = Instant::now();
         if let Some(base) = base.try_changed() {
             active = base.map(|base| {

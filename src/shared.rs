@@ -16,7 +16,7 @@
 //! What the sample path shares is in [`crate::sampling::path`]. A *latest* value has one writer and overwrites itself; a
 //! command is answered exactly once.
 
-use core::sync::atomic::AtomicBool;
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -25,8 +25,8 @@ use embassy_sync::watch::Watch;
 use hexsense_core::channel::Ratiometric;
 use hexsense_core::live_pose::JackBlock;
 use hexsense_core::records::{JackCoefficients, MotionBase, SetId};
-use hexsense_core::sampling::Calibrator;
-use hexsense_core::server::{HarmonicsCommand, SamplingCommand, SupplyReading};
+use hexsense_core::sampling::{Calibrator, SupplyReading};
+use hexsense_core::server::{HarmonicsCommand, SamplingCommand};
 use hexsense_core::storage::StorageCommand;
 use hexsense_core::wire::{PoseReport, Response};
 
@@ -57,14 +57,38 @@ pub struct Base {
     pub ratiometric: Ratiometric,
 }
 
-/// Signs of life; the watchdog is fed when all three have come.
-pub struct Alive {
+/// The tasks that the watchdog looks after: all but its own. Each has a bit.
+#[derive(Clone, Copy)]
+pub enum Task {
     /// Blocks come.
-    pub sampling: Signal<Guard, ()>,
-    /// The link took its turn.
-    pub link: Signal<Guard, ()>,
-    /// The storage took its turn.
-    pub storage: Signal<Guard, ()>,
+    Sampling = 1,
+    /// The others took their turns.
+    Link = 2,
+    Storage = 4,
+    Supply = 8,
+    Pose = 16,
+    Harmonics = 32,
+}
+
+/// Signs of life since the watchdog was last fed.
+pub struct Alive(AtomicU8);
+
+impl Alive {
+    const ALL: u8 = 63;
+
+    /// A task makes progress.
+    pub fn sign(&self, task: Task) {
+        self.0.fetch_or(task as u8, Ordering::Relaxed);
+    }
+
+    /// Whether all tasks have made progress since the last time that this was true.
+    pub fn all(&self) -> bool {
+        let all = self.0.load(Ordering::Relaxed) == Self::ALL;
+        if all {
+            self.0.store(0, Ordering::Relaxed);
+        }
+        all
+    }
 }
 
 /// Everything that passes between the tasks, except blocks.
@@ -107,11 +131,7 @@ impl Shared {
             to_storage: Channel::new(),
             to_harmonics: Channel::new(),
             answers: Channel::new(),
-            alive: Alive {
-                sampling: Signal::new(),
-                link: Signal::new(),
-                storage: Signal::new(),
-            },
+            alive: Alive(AtomicU8::new(0)),
         }
     }
 }

@@ -10,8 +10,7 @@ use core::sync::atomic::Ordering;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Bank2Region, Flash};
 use embassy_stm32::peripherals::{FLASH, RNG};
-use embassy_stm32::rng::Rng;
-use embassy_stm32::{bind_interrupts, flash, rng};
+use embassy_stm32::{bind_interrupts, flash};
 use embassy_time::{Instant, with_timeout};
 use hexsense::FACTS;
 use hexsense_core::records::SetId;
@@ -20,14 +19,14 @@ use hexsense_core::storage::Storage;
 use hexsense_core::wire::Response;
 use hexsense_core::wire::status::OptionBytes;
 
-use crate::chip::timing::STORAGE_HEARTBEAT;
+use crate::chip::random::Random;
+use crate::chip::timing::{COEFFICIENT_CHECK, HEARTBEAT};
 use crate::health::flash_errors::Corrections;
-use crate::shared::{Active, Base, Shared};
+use crate::shared::{Active, Base, Shared, Task};
 
 bind_interrupts!(
     struct Irqs {
         FLASH => Corrections, flash::InterruptHandler;
-        RNG => rng::InterruptHandler<RNG>;
     }
 );
 
@@ -54,14 +53,19 @@ pub async fn store(
     } else if storage.complete().await.is_err() {
         defmt::error!("storage cannot complete a change");
     }
-    let mut random = Rng::new(random, Irqs);
+    let mut random = Random::new(random);
+    let mut check_at = Instant::now();
     loop {
         publish(&storage, &mut published, shared);
-        shared.alive.storage.signal(());
-        if let Ok(command) = with_timeout(STORAGE_HEARTBEAT, shared.to_storage.receive()).await {
+        shared.alive.sign(Task::Storage);
+        if Instant::now() >= check_at {
+            check_at = Instant::now() + COEFFICIENT_CHECK;
+            storage.refresh().await;
+            send_coefficients(&storage, shared);
+        }
+        if let Ok(command) = with_timeout(HEARTBEAT, shared.to_storage.receive()).await {
             let now_ms = Instant::now().as_millis();
-            let fill =
-                async |challenge: &mut [u8; 16]| random.async_fill_bytes(challenge).await.is_ok();
+            let fill = async |challenge: &mut [u8; 16]| random.fill(challenge).await;
             let answer = storage
                 .carry_out(command, now_ms, fill)
                 .await
@@ -87,15 +91,24 @@ fn publish(
         return;
     }
     *published = id;
-    shared.active.sender().send(active.map(|active| Active {
-        id: active.set.id,
-        temperature_c: active.content.temperature_c,
-        calibrator: Calibrator::new(&active.content),
-    }));
+    send_coefficients(storage, shared);
     shared.base.sender().send(active.map(|active| Base {
         set: active.set.id,
         base: active.content.base,
         jacks: active.content.jacks,
         ratiometric: active.content.ratiometric,
     }));
+}
+
+/// Gives the coefficients of the active set to the sampling task, which compares them with those at work.
+#[inline(never)]
+fn send_coefficients(storage: &Storage<Bank2Region<'static>>, shared: &Shared) {
+    shared
+        .active
+        .sender()
+        .send(storage.active().map(|active| Active {
+            id: active.set.id,
+            temperature_c: active.content.temperature_c,
+            calibrator: Calibrator::new(&active.content),
+        }));
 }

@@ -16,6 +16,7 @@
 //!   and [`virtual_bench`], a board with twin and host tool. [`pins`] gives it voltages without a twin.
 //! - [`line`](mod@line): the serial line to the board, over the frames of [`hexsense_client`].
 //! - [`key_holder`]: changes of what the board keeps; [`trial_set`] draws coefficients.
+//! - [`symbols`]: where the firmware keeps what.
 //! - [`counts`]: instructions that the virtual board counted.
 //! - [`figures`]: figures printed as a table or as JSON, and judged.
 #![forbid(unsafe_code)]
@@ -37,6 +38,7 @@ pub mod process;
 pub mod programs;
 pub mod sample_path;
 pub mod size;
+pub mod symbols;
 pub mod timing;
 pub mod trial_set;
 #[cfg(feature = "host-tool")]

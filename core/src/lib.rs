@@ -21,6 +21,7 @@
 //! | [`storage`] | changes of them, whole or not at all, each with its entry in the log |
 //! | [`sample_path`] | a block of scans → values, sums, and the queue of the link |
 //! | [`server`] | the answer to each request, and the stream |
+//! | `bytes` | arrays of bytes in messages and records |
 //! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 pub mod authority;
+mod bytes;
 pub mod calibration;
 pub mod channel;
 pub mod checksum;

@@ -31,7 +31,7 @@ const COORDINATES: usize = 6;
 pub struct Motion {
     /// Amplitude along X, Y, Z (m), then of roll, yaw, pitch (rad).
     pub amplitude: [f32; COORDINATES],
-    /// Calibration factor of each inertial channel, unit per count at nominal supply.
+    /// Calibration factor of each inertial channel, unit per count at nominal supply; 0 for a channel without a signal.
     pub factors: [f32; INERTIAL],
 }
 
@@ -57,7 +57,9 @@ impl Motion {
                 _ => amplitude[3 + axis] * omega,
             };
             let counts = sensors[channel] * f64::from(ratiometric.factor(channel, supply));
-            (moved / counts) as f32
+            let factor = (moved / counts) as f32;
+            // A channel that stands still has no factor.
+            if factor.is_finite() { factor } else { 0.0 }
         };
         Ok(Self {
             amplitude: amplitude.map(|amplitude| amplitude as f32),

@@ -76,6 +76,7 @@ fn sent(scans: &[Scan], first_scan: u64, rate_hz: u32) -> Block {
             counts: true,
             ..StreamContent::default()
         },
+        supply_is_old: false,
     };
     Block {
         header,

@@ -4,7 +4,7 @@ use hexsense_core::wire::status::{EventCount, Events, ResetCause, Resets};
 use serde_json::{Map, Value, json};
 
 /// Every event with its name in JSON and what it means to a reader.
-fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 14] {
+fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 19] {
     [
         ("overruns", "converter overruns", events.overruns),
         ("late_blocks", "blocks read too late", events.late_blocks),
@@ -59,6 +59,31 @@ fn named(events: &Events) -> [(&'static str, &'static str, EventCount); 14] {
             "slips",
             "results of converters lost or doubled",
             events.slips,
+        ),
+        (
+            "supply_refused",
+            "readings of supply and temperature refused",
+            events.supply_refused,
+        ),
+        (
+            "coefficients_restored",
+            "times that the coefficients at work were damaged and read from flash again",
+            events.coefficients_restored,
+        ),
+        (
+            "wrong_tags",
+            "changes refused because they came without the board's key",
+            events.wrong_tags,
+        ),
+        (
+            "changes_refused",
+            "changes refused for another reason",
+            events.changes_refused,
+        ),
+        (
+            "requests_refused",
+            "other requests refused",
+            events.requests_refused,
         ),
     ]
 }

@@ -6,11 +6,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use fake::FakeBoard;
 use fake::key::KEY;
 use fake::line::Line;
 use fake::set::{encoded, set};
 use fake::source::Still;
+use fake::{FakeBoard, Fault};
 use hexsense_client::Client;
 use hexsense_core::authority::tag;
 use hexsense_core::sampling::BlockSize;
@@ -179,5 +179,47 @@ fn a_set_that_comes_or_is_replaced_ends_the_recording_and_one_that_stays_does_no
             panic!("{error}");
         };
         assert!(scan >= next_scan, "{scan}");
+    }
+}
+
+#[test]
+fn blocks_whose_counts_have_no_known_scale_and_numbers_that_are_none_are_in_no_recording() {
+    let streaming = Streaming {
+        content: StreamContent {
+            values: true,
+            ..STREAMING.content
+        },
+        ..STREAMING
+    };
+    for (fault, named) in [
+        (Fault::OldSupply, None),
+        (Fault::NoSupplyFactor, Some("a supply factor")),
+        (Fault::NoTemperature, Some("a temperature")),
+        (Fault::NoValues, Some("a value")),
+    ] {
+        let mut board = FakeBoard::new(Box::new(Still));
+        store(&mut board, 1);
+        let board = Arc::new(Mutex::new(board));
+        let mut client = Client::connect(Line::to(&board)).unwrap();
+        let interrupt = Interrupt::default();
+        let mut recorder = Recorder::start(&mut client, streaming, &interrupt).unwrap();
+        let log = Log::default();
+        recorder.begin(vec![Box::new(log.clone())]).unwrap();
+        recorder.next_block().unwrap();
+        board.lock().unwrap().fault = fault;
+        let next = recorder.next_scan();
+        let error = loop {
+            match recorder.next_block() {
+                // One that was on its way.
+                Ok(block) => assert!(block.header.first_scan < next + 32, "{fault:?} is recorded"),
+                Err(error) => break error,
+            }
+        };
+        let found = match &error {
+            RecordError::OldSupply { scan } => (*scan >= next).then_some(None),
+            RecordError::NotFinite { scan, what } => (*scan >= next).then_some(Some(*what)),
+            _ => None,
+        };
+        assert_eq!(found, Some(named), "{error}");
     }
 }

@@ -70,8 +70,8 @@ pub fn configuration(reset: ResetCause) -> (embassy_stm32::Config, Source) {
     });
     config.rcc.sys = rcc::Sysclk::PLL1_R;
     config.rcc.ahb_pre = rcc::AHBPrescaler::DIV2;
-    // The generator of random numbers runs on it.
-    config.rcc.hsi48 = Some(rcc::Hsi48Config::default());
+    // The generator of random numbers starts its own oscillator: the library would wait for it for ever.
+    config.rcc.hsi48 = None;
     config.rcc.ls = rcc::LsConfig::off();
     // One source for all converters, which do not divide it: they disturb each other otherwise (ES0430).
     config.rcc.mux.adc12sel = mux::Adcsel::PLL1_P;

@@ -4,5 +4,6 @@ pub mod clock;
 pub mod identity;
 pub mod option_bytes;
 pub mod pins;
+pub mod random;
 pub mod timing;
 pub mod trigger;

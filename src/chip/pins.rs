@@ -33,10 +33,9 @@ pub const LINK_PRIORITY: Priority = Priority::P8;
 /// The sample interrupt: DMA of the converter that ends last.
 pub const SAMPLE_VECTOR: interrupt::Interrupt = interrupt::Interrupt::DMA1_CHANNEL1;
 /// The other drivers' interrupts but those of DMA.
-pub const DRIVER_VECTORS: [interrupt::Interrupt; 4] = [
+pub const DRIVER_VECTORS: [interrupt::Interrupt; 3] = [
     interrupt::Interrupt::LPUART1,
     interrupt::Interrupt::FLASH,
-    interrupt::Interrupt::RNG,
     interrupt::Interrupt::TIM1_BRK_TIM15,
 ];
 /// Number of the inertial channels' DMA channel, from 0.

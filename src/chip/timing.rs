@@ -37,6 +37,8 @@ pub const FIRST_BLOCK_POLL: Duration = Duration::from_millis(1);
 /// Supply and temperature change over seconds; ten readings a second leave room for averaging. Each may end a frame
 /// early; the link's capacity is planned for that.
 pub const SUPPLY_PERIOD: Duration = Duration::from_hz(telemetry::SUPPLY_HZ as u64);
+/// How long a reading may take: three times 256 conversions of 17.4 µs are 13.4 ms.
+pub const SUPPLY_WAIT: Duration = Duration::from_millis(50);
 /// Start of the temperature sensor and the reference buffer: 120 µs in the data sheet.
 pub const INTERNAL_START: Duration = Duration::from_millis(1);
 
@@ -58,8 +60,7 @@ pub const GATHER: Duration = Duration::from_micros(500);
 /// core a thousand errors a second at most.
 pub const DEAF_AFTER_ERROR: Duration = Duration::from_millis(1);
 
-/// From the end of a transmission's DMA to that of its last character: eight characters are in the FIFO and one is on
-/// the line, which take 45 µs.
+/// From the end of a transmission's DMA to that of its last character: eight in the FIFO and one on the line take 45 µs.
 pub const LAST_CHARACTERS: Duration = Duration::from_micros(50);
 
 /// The watchdog resets a board of which a part makes no progress for so long: longer than the slowest flash
@@ -67,9 +68,16 @@ pub const LAST_CHARACTERS: Duration = Duration::from_micros(50);
 pub const WATCHDOG_US: u32 = 1_000_000;
 /// How often the watchdog is fed at most.
 pub const SUPERVISOR_PERIOD: Duration = Duration::from_millis(100);
-/// How often an idle link says that it is alive.
-pub const LINK_HEARTBEAT: Duration = Duration::from_millis(100);
-/// How often an idle storage says that it is alive.
-pub const STORAGE_HEARTBEAT: Duration = Duration::from_millis(100);
+/// How often the supervisor looks whether all tasks have made progress, when some have not.
+pub const SUPERVISOR_LOOK: Duration = Duration::from_millis(10);
+/// How often a task that has nothing to do says that it is alive.
+pub const HEARTBEAT: Duration = Duration::from_millis(100);
+/// How often the coefficients at work are compared with the stored set.
+pub const COEFFICIENT_CHECK: Duration = Duration::from_secs(1);
+/// How often to look for a random number, and how many times before there is none: the generator makes the first four in
+/// 9 µs and needs 1 µs for every other four (RM0440, 26.5); its oscillator starts in 6 µs (DS12288).
+pub const RANDOM_LOOK: Duration = Duration::from_micros(10);
+/// See [`RANDOM_LOOK`].
+pub const RANDOM_LOOKS: u32 = 100;
 /// How long the crystal may take to start, ms: ten times what its data sheet says.
 pub const CRYSTAL_START_MS: u32 = 20;

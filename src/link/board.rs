@@ -8,7 +8,8 @@ use hexsense::FACTS;
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::live_pose::JackBlock;
 use hexsense_core::sample_path::Path;
-use hexsense_core::server::{Board, Command, Health, SupplyReading};
+use hexsense_core::sampling::SupplyReading;
+use hexsense_core::server::{Board, Command, Health};
 use hexsense_core::wire::Identity;
 use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::status::{EventCount, Events};
@@ -68,7 +69,7 @@ impl Board for LinkBoard {
                 torn_words: flash_errors::torn_words(),
                 ..counters::all()
             },
-            supply: self.supply.try_get(),
+            supply: self.supply.try_get().unwrap_or(SupplyReading::NONE),
             provisioned: self.shared.provisioned.load(Ordering::Relaxed),
             resets: self.origin.resets,
             stack: stack::usage(),

@@ -1,8 +1,9 @@
 //! The serial link: bytes in, frames out. The [`Server`] decides what is said; [`board`] is the board behind it.
 //!
-//! One task owns the port. It waits for the first of these: bytes from the host, a block from the sample path, an
-//! answer from a task that was given a command, or a pose. Frames go out one after another; while one is on the line the
-//! receiver's ring takes what comes in. Nothing here can hold up the sample path, which drops a block when the queue
+//! One task owns the port. It waits for the first of these: a block from the sample path, an answer from a task that was
+//! given a command, a pose, or bytes from the host. Frames go out one after another; while one is on the line the
+//! receiver's ring takes what comes in. A block goes before an answer, however many requests come: a host asks again, and
+//! a scan is lost for good. Nothing here can hold up the sample path, which drops a block when the queue
 //! is full and counts it. Nor can a line full of noise hold up the tasks in thread mode: the link takes bytes in pieces.
 
 mod board;
@@ -22,12 +23,10 @@ use static_cell::ConstStaticCell;
 use self::board::LinkBoard;
 use crate::chip::identity::Origin;
 use crate::chip::pins;
-use crate::chip::timing::{
-    DEAF_AFTER_ERROR, GATHER, LAST_CHARACTERS, LINK_HEARTBEAT, RECEIVE_RING,
-};
+use crate::chip::timing::{DEAF_AFTER_ERROR, GATHER, HEARTBEAT, LAST_CHARACTERS, RECEIVE_RING};
 use crate::health::counters;
 use crate::sampling::path;
-use crate::shared::Shared;
+use crate::shared::{Shared, Task};
 
 bind_interrupts!(
     struct Irqs {
@@ -81,11 +80,14 @@ impl Talk {
     /// Talks until the receiver has had an error, and for a while after that only sends. Then the port must be set up
     /// anew: a DMA channel that was stopped does not go on where it was (RM0440, 12.4.5), as the driver assumes.
     async fn until_error(&mut self, tx: &mut UartTx<'_, Async>, rx: &mut RingBufferedUartRx<'_>) {
-        let mut input = [0; 64];
+        let (mut input, mut taken, mut filled) = ([0; 64], 0, 0);
         let (mut listens_at, mut failed) = (Instant::MIN, false);
         loop {
-            self.shared.alive.link.signal(());
+            self.shared.alive.sign(Task::Link);
             let receive = async {
+                if taken < filled {
+                    return Ok(filled);
+                }
                 if Instant::now() < listens_at {
                     Timer::at(listens_at).await;
                 }
@@ -95,44 +97,50 @@ impl Talk {
                 rx.read(&mut input).await.map_err(Some)
             };
             let next = select4(
-                receive,
                 path::block_waits(),
                 self.shared.answers.receive(),
                 self.shared.pose.wait(),
+                receive,
             );
-            let Ok(next) = with_timeout(LINK_HEARTBEAT, next).await else {
+            let Ok(next) = with_timeout(HEARTBEAT, next).await else {
                 continue;
             };
             let length = match next {
-                Either4::First(Ok(length)) => {
-                    self.take_in(&input[..length], tx).await;
-                    if length < input.len() {
-                        listens_at = Instant::now() + GATHER;
+                Either4::First(()) => self.server.pass_on(&mut self.frame),
+                Either4::Second(answer) => self.server.hand_out(&answer, &mut self.frame),
+                Either4::Third(report) => self.server.pass_on_pose(&report, &mut self.frame),
+                Either4::Fourth(Ok(length)) => {
+                    let (used, answer) = self.take_in(input.get(taken..length).unwrap_or_default());
+                    (taken, filled) = (taken + used, length);
+                    if taken == filled {
+                        if filled < input.len() {
+                            listens_at = Instant::now() + GATHER;
+                        }
+                        (taken, filled) = (0, 0);
                     }
-                    continue;
+                    answer
                 }
-                Either4::First(Err(Some(error))) => {
+                Either4::Fourth(Err(Some(error))) => {
                     count(error);
                     failed = true;
                     listens_at = Instant::now() + DEAF_AFTER_ERROR;
                     continue;
                 }
-                Either4::First(Err(None)) => return,
-                Either4::Second(()) => self.server.pass_on(&mut self.frame),
-                Either4::Third(answer) => self.server.hand_out(&answer, &mut self.frame),
-                Either4::Fourth(report) => self.server.pass_on_pose(&report, &mut self.frame),
+                Either4::Fourth(Err(None)) => return,
             };
             self.send(length, tx).await;
         }
     }
 
-    async fn take_in(&mut self, bytes: &[u8], tx: &mut UartTx<'_, Async>) {
-        for byte in bytes {
+    /// Takes bytes up to the end of a frame: how many, and the length of the answer. What is left waits for the blocks
+    /// that are due by then.
+    fn take_in(&mut self, bytes: &[u8]) -> (usize, Option<usize>) {
+        for (byte, used) in bytes.iter().zip(1..) {
             if let Some(closed) = self.deframer.push(*byte) {
-                let length = self.server.take_in(closed, &mut self.frame);
-                self.send(length, tx).await;
+                return (used, self.server.take_in(closed, &mut self.frame));
             }
         }
+        (bytes.len(), None)
     }
 
     /// Sends the first `length` bytes of the frame, if there are any.

@@ -11,35 +11,28 @@
 //! (RM0440, 21.4.31 and 21.4.33; calibration words in the data sheet DS12288, 3.18.) A count's supply error multiplies
 //! half of the full scale, so c must be known far better than one conversion gives it: each reading is the sum of
 //! 256 conversions; the first sixteen readings follow each other in 0.2 s and are averaged, and from then on each
-//! enters by a sixteenth, a low-pass of 1.6 s.
+//! enters by a sixteenth, a low-pass of 1.6 s. [`SupplyMean`] refuses the readings that no working board has.
 
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Rovsm, SampleTime, Trovs};
 use embassy_stm32::peripherals::DMA1_CH3;
 use embassy_stm32::{bind_interrupts, dma, pac};
-use embassy_time::{Ticker, Timer};
+use embassy_time::{Ticker, Timer, with_timeout};
 use hexsense::{
     FACTS, SUPPLY_CONVERSIONS, SUPPLY_OVERSAMPLING, SUPPLY_READINGS, SUPPLY_SAMPLING_HALF_CYCLES,
 };
-use hexsense_core::server::SupplyReading;
+use hexsense_core::sampling::SupplyMean;
 
 use super::self_calibration::{self, Converter};
 use crate::chip::pins;
-use crate::chip::timing::{INTERNAL_START, SUPPLY_PERIOD};
-use crate::shared::Shared;
+use crate::chip::timing::{INTERNAL_START, SUPPLY_PERIOD, SUPPLY_WAIT};
+use crate::health::counters;
+use crate::shared::{Shared, Task};
 
 bind_interrupts!(
     struct Irqs {
         DMA1_CHANNEL3 => dma::InterruptHandler<DMA1_CH3>;
     }
 );
-
-/// Takes a new reading into the mean: the mean of all, and from sixteen on a step of a sixteenth.
-fn approach(mean: &mut SupplyReading, new: SupplyReading) {
-    mean.readings = (mean.readings + new.readings).min(SUPPLY_READINGS);
-    let weight = 1.0 / f32::from(mean.readings);
-    mean.factor += weight * (new.factor - mean.factor);
-    mean.temperature_c += weight * (new.temperature_c - mean.temperature_c);
-}
 
 /// Sampling time of the internal channels.
 const SAMPLE_TIME: SampleTime = SampleTime::CYCLES640_5;
@@ -72,18 +65,15 @@ impl Factory {
         }
     }
 
-    /// Supply and temperature from two codes, which count 16 to one 12-bit code.
-    fn convert(&self, vrefint: u16, temperature: u16) -> SupplyReading {
+    /// Supply factor and temperature (°C) from two codes, which count 16 to one 12-bit code. Not finite when a code is 0.
+    fn convert(&self, vrefint: u16, temperature: u16) -> (f32, f32) {
         const PER_CODE: f32 = 16.0;
         let vdda_v = Self::SUPPLY_V * f32::from(self.vrefint) * PER_CODE / f32::from(vrefint);
         let at_3v = f32::from(temperature) / PER_CODE * vdda_v / Self::SUPPLY_V;
         let low = f32::from(self.temperature_30c);
         let span = f32::from(self.temperature_130c) - low;
-        SupplyReading {
-            factor: vdda_v / FACTS.nominal_supply_v,
-            temperature_c: Self::LOW_C + Self::SPAN_K * (at_3v - low) / span,
-            readings: 1,
-        }
+        let temperature_c = Self::LOW_C + Self::SPAN_K * (at_3v - low) / span;
+        (vdda_v / FACTS.nominal_supply_v, temperature_c)
     }
 }
 
@@ -108,11 +98,7 @@ pub async fn measure(mut parts: pins::Supply, shared: &'static Shared) -> ! {
     let mut temperature = adc.enable_temperature().degrade_adc::<'static>();
     Timer::after(INTERNAL_START).await;
     let factory = Factory::read();
-    let mut mean = SupplyReading {
-        factor: 0.0,
-        temperature_c: 0.0,
-        readings: 0,
-    };
+    let mut mean = SupplyMean::new();
     let mut codes = [0u16; SUPPLY_CONVERSIONS as usize];
     let mut ticker = Ticker::every(SUPPLY_PERIOD);
     loop {
@@ -121,12 +107,18 @@ pub async fn measure(mut parts: pins::Supply, shared: &'static Shared) -> ! {
             (&mut vrefint, SAMPLE_TIME),
             (&mut temperature, SAMPLE_TIME),
         ];
-        adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes)
-            .await;
-        let [_, vrefint_code, temperature_code] = codes;
-        approach(&mut mean, factory.convert(vrefint_code, temperature_code));
-        latest.send(mean);
-        if mean.readings == SUPPLY_READINGS {
+        let read = adc.read(parts.dma.reborrow(), Irqs, sequence.into_iter(), &mut codes);
+        let reading = match with_timeout(SUPPLY_WAIT, read).await {
+            Ok(()) => Some(factory.convert(codes[1], codes[2])),
+            Err(_) => None,
+        };
+        let taken = mean.take(reading);
+        if !taken {
+            counters::note(|events| &mut events.supply_refused);
+        }
+        latest.send(mean.reading());
+        shared.alive.sign(Task::Supply);
+        if !taken || mean.reading().readings == SUPPLY_READINGS {
             ticker.next().await;
         }
     }

@@ -11,8 +11,8 @@ use embassy_time::{Instant, Timer};
 use hexsense::FACTS;
 use hexsense_core::sample_path::Progress;
 use hexsense_core::sample_path::queue::Context;
-use hexsense_core::sampling::{BlockSize, Prepared};
-use hexsense_core::server::{SamplingCommand, SupplyReading};
+use hexsense_core::sampling::{BlockSize, Prepared, SupplyReading};
+use hexsense_core::server::SamplingCommand;
 use hexsense_core::wire::Response;
 
 use super::acquisition::{self, Fault, Run};
@@ -20,7 +20,7 @@ use super::path;
 use crate::chip::pins;
 use crate::chip::timing::{FIRST_BLOCK_POLL, block_timeout};
 use crate::health::counters;
-use crate::shared::{Active, Guard, Shared};
+use crate::shared::{Active, Guard, Shared, Task};
 
 /// Why a run ended.
 enum End {
@@ -134,7 +134,7 @@ async fn follow(shared: &Shared, conditions: &mut Conditions, answer_due: &mut b
         if now != next_scan {
             next_scan = now;
             due = Instant::now() + patience;
-            shared.alive.sampling.signal(());
+            shared.alive.sign(Task::Sampling);
             if core::mem::take(answer_due) {
                 shared.answers.send(Response::Done).await;
             }
@@ -145,11 +145,17 @@ async fn follow(shared: &Shared, conditions: &mut Conditions, answer_due: &mut b
 }
 
 /// Supply, temperature and coefficients: what the path applies and seldom changes.
+///
+/// A bit of the coefficients that flips in RAM would spoil all values from then on. So the storage reads the active set
+/// from flash again every second, and what is here is compared with it; what the path has is compared with what it was
+/// given, whenever it is given anew. A difference is counted, and the set from flash goes to work.
 struct Conditions {
     supply: Receiver<'static, Guard, SupplyReading, 3>,
     active: Receiver<'static, Guard, Option<Active>, 2>,
     reading: SupplyReading,
     set: Option<Active>,
+    /// Checksum of what the path was given.
+    given: u32,
 }
 
 impl Conditions {
@@ -164,6 +170,7 @@ impl Conditions {
             active,
             reading,
             set: None,
+            given: Prepared::NONE.checksum(),
         };
         conditions.install().await;
         conditions
@@ -173,7 +180,15 @@ impl Conditions {
     async fn change(&mut self) {
         match select(self.supply.changed(), self.active.changed()).await {
             Either::First(reading) => self.reading = reading,
-            Either::Second(active) => self.set = active,
+            Either::Second(active) => {
+                if let (Some(here), Some(stored)) = (&self.set, &active)
+                    && here.id == stored.id
+                    && here.calibrator != stored.calibrator
+                {
+                    counters::note(|events| &mut events.coefficients_restored);
+                }
+                self.set = active;
+            }
         }
     }
 
@@ -184,11 +199,16 @@ impl Conditions {
             supply,
             temperature_c: self.reading.temperature_c,
             set: self.set.as_ref().map(|active| active.id),
+            supply_is_old: self.reading.is_old,
         };
         let prepared = self
             .set
             .as_ref()
             .map_or(Prepared::NONE, |active| active.calibrator.at_supply(supply));
+        if path::with(|path| path.prepared().checksum()) != self.given {
+            counters::note(|events| &mut events.coefficients_restored);
+        }
+        self.given = prepared.checksum();
         while !path::with(|path| path.set_context(context, &prepared)) {
             Timer::after_millis(1).await;
         }

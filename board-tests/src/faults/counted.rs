@@ -23,8 +23,7 @@ const ARCHIVE: &str = "0x08040000";
 /// A kind of fault, and the counter that must show it.
 struct Kind {
     name: &'static str,
-    /// The fault; `None` when the requests of the host are the fault.
-    fault: Option<Value>,
+    fault: Value,
     /// What the host sends around the fault.
     sends: Sends,
     counter: fn(&Events) -> u32,
@@ -38,8 +37,6 @@ enum Sends {
     Status,
     /// Zeros for ten milliseconds. They make no frame.
     Zeros,
-    /// More requests than the line can answer beside the stream.
-    TooMuch,
     /// A look at the history, which reads the flash.
     History,
 }
@@ -58,31 +55,26 @@ fn kinds() -> Vec<Kind> {
     vec![
         kind(
             "inertial result lost",
-            Some(slip(1, "lost")),
+            slip(1, "lost"),
             Sends::Status,
             slips,
         ),
         kind(
             "inertial result taken twice",
-            Some(slip(1, "twice")),
+            slip(1, "twice"),
             Sends::Status,
             slips,
         ),
-        kind(
-            "jack result lost",
-            Some(slip(2, "lost")),
-            Sends::Status,
-            slips,
-        ),
+        kind("jack result lost", slip(2, "lost"), Sends::Status, slips),
         kind(
             "jack result taken twice",
-            Some(slip(2, "twice")),
+            slip(2, "twice"),
             Sends::Status,
             slips,
         ),
         kind(
             "converters' DMA held up",
-            Some(json!({"fault": "dma_stall", "of": "converters", "duration_us": 300})),
+            json!({"fault": "dma_stall", "of": "converters", "duration_us": 300}),
             Sends::Status,
             |events| events.overruns.count,
         ),
@@ -91,47 +83,47 @@ fn kinds() -> Vec<Kind> {
             several: true,
             ..kind(
                 "triggers missed",
-                Some(json!({"fault": "trigger_stall", "duration_us": 40_000})),
+                json!({"fault": "trigger_stall", "duration_us": 40_000}),
                 Sends::Status,
                 |events| events.stuck.count,
             )
         },
         kind(
             "noise on the line",
-            Some(line("noise", 1)),
+            line("noise", 1),
             Sends::Status,
             |events| events.receiver_errors.count,
         ),
         kind(
             "missing stop bit",
-            Some(line("framing", 1)),
+            line("framing", 1),
             Sends::Status,
             |events| events.receiver_errors.count,
         ),
         kind(
             "damaged character",
-            Some(line("damaged", 1)),
+            line("damaged", 1),
             Sends::Status,
             Events::frames_damaged,
         ),
         kind(
             "lost characters",
-            Some(line("lost", 2)),
+            line("lost", 2),
             Sends::Status,
             Events::frames_damaged,
         ),
         kind(
             "receiver's DMA held up",
-            Some(json!({"fault": "dma_stall", "of": "receiver", "duration_us": 200})),
+            json!({"fault": "dma_stall", "of": "receiver", "duration_us": 200}),
             Sends::Zeros,
             |events| events.receiver_overruns.count,
         ),
         Kind {
             several: true,
             ..kind(
-                "more answers than the line carries",
-                None,
-                Sends::TooMuch,
+                "transmitter's DMA held up",
+                json!({"fault": "dma_stall", "of": "transmitter", "duration_us": 40_000}),
+                Sends::Status,
                 |events| events.blocks_dropped.count,
             )
         },
@@ -139,7 +131,7 @@ fn kinds() -> Vec<Kind> {
             several: true,
             ..kind(
                 "one wrong bit in flash",
-                Some(json!({"fault": "bit_error", "address": ARCHIVE, "bits": 1})),
+                json!({"fault": "bit_error", "address": ARCHIVE, "bits": 1}),
                 Sends::History,
                 |events| events.flash_corrections.count,
             )
@@ -148,7 +140,7 @@ fn kinds() -> Vec<Kind> {
             several: true,
             ..kind(
                 "two wrong bits in flash",
-                Some(json!({"fault": "bit_error", "address": ARCHIVE, "bits": 2})),
+                json!({"fault": "bit_error", "address": ARCHIVE, "bits": 2}),
                 Sends::History,
                 |events| events.torn_words.count,
             )
@@ -187,11 +179,11 @@ fn several(
         .map(|time| FIRST_S + APART_S * (f64::from(time) + 0.2 * f64::from(random.share())))
         .collect();
     let at = |at_s: &f64| {
-        let mut fault = kind.fault.clone()?;
+        let mut fault = kind.fault.clone();
         fault["at_s"] = json!(at_s);
-        Some(fault)
+        fault
     };
-    let faults: Vec<Value> = instants.iter().filter_map(at).collect();
+    let faults: Vec<Value> = instants.iter().map(at).collect();
     let mut board = bench.on(&faults)?;
     board.line.stream_everything()?;
     let before = board.line.status()?;
@@ -235,12 +227,6 @@ fn provoke(board: &mut Board, sends: &Sends, at_s: f64) -> anyhow::Result<()> {
         Sends::Zeros => {
             line.run_until(at - Duration::from_millis(2))?;
             line.send_bytes(&[0; 1_500])?;
-        }
-        Sends::TooMuch => {
-            line.run_until(at)?;
-            for _ in 0..120 {
-                line.send(&Request::Status)?;
-            }
         }
         Sends::History => {
             line.run_until(at)?;

@@ -7,12 +7,14 @@
 //! | `no_loss` | changes of the coefficients while everything streams at 4 kHz |
 //! | `counted` | overruns, stalls, noise, lost characters, overload, bit errors, resets: each must be counted, and `captures` must show the gaps |
 //! | `hostile` | requests and bytes that no correct host sends, singly and in floods |
-//! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
+//! | `recovery` | resets, hangs, tasks that are never woken again, jumps into nothing, stack overflows; flipped bits of the coefficients in RAM (`flips`); and the `soak`, an hour of faults of all kinds |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //! | `uptime` | the clock and the scan counter preset to years ahead and to just before each wrap, and full counts |
 //! | `option_bytes` | each kind of change, on chips whose option bytes forbid or allow it |
 //! | `clock` | failures of the crystal, at many moments, with a PLL that drifts to any fraction |
+//! | `supply` | wrong readings of the reference, one, some, and for ever |
+//! | `random` | a generator of random numbers that fails, for ever and while key and coefficients come |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -20,14 +22,17 @@ mod authority;
 mod captures;
 mod clock;
 mod counted;
+mod flips;
 mod gaps;
 mod hostile;
 mod no_loss;
 mod option_bytes;
 mod outcome;
 mod power_cut;
+mod random;
 mod recovery;
 mod soak;
+mod supply;
 mod uptime;
 
 use std::collections::VecDeque;
@@ -57,7 +62,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 10] = [
+const PROMISES: [&str; 12] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -68,6 +73,8 @@ const PROMISES: [&str; 10] = [
     "uptime",
     "option_bytes",
     "clock",
+    "supply",
+    "random",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -123,6 +130,9 @@ struct Size {
     wraps: usize,
     options_every: usize,
     crystal: clock::Extent,
+    masks: usize,
+    every_supply: usize,
+    generators: u64,
 }
 
 impl Size {
@@ -143,6 +153,9 @@ impl Size {
             streaming: 40,
             writing: 20,
         },
+        masks: 4,
+        every_supply: 1,
+        generators: 4,
     };
     const SHORT: Self = Self {
         uploads: 2,
@@ -161,6 +174,9 @@ impl Size {
             streaming: 7,
             writing: 3,
         },
+        masks: 1,
+        every_supply: 5,
+        generators: 1,
     };
 }
 
@@ -211,6 +227,13 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["clock"], move || clock::fail(seed, &size.crystal)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
         Trial::one(&["uptime"], move || uptime::pass(seed, size.wraps)),
+        Trial::one(&["recovery"], move || flips::flip(seed, size.masks)),
+        Trial::one(&["supply"], move || {
+            supply::disturb(seed, size.every_supply)
+        }),
+        Trial::one(&["random"], move || {
+            random::break_down(seed, size.generators)
+        }),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

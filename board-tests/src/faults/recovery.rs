@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::outcome::Outcome;
 use crate::bench::{Bench, Board};
 use crate::key_holder::{Account, calibrate};
+use crate::symbols;
 use crate::trial_set::Random;
 
 /// Within this time of a reset the board samples with its coefficients.
@@ -32,7 +33,26 @@ struct Way {
     says: Option<&'static str>,
 }
 
-fn ways() -> Vec<Way> {
+/// Tasks of thread mode, by a part of the symbols of their memory.
+const TASKS: [(&str, &str); 4] = [
+    ("pose task that is never woken again", "pose4find4POOL"),
+    (
+        "harmonics task that is never woken again",
+        "harmonics5solve4POOL",
+    ),
+    (
+        "supply task that is never woken again",
+        "supply7measure4POOL",
+    ),
+    (
+        "storage task that is never woken again",
+        "storage5store4POOL",
+    ),
+];
+/// Where in the head of a task the executor notes that the task is in its queue already. Such a task is not put there.
+const IN_QUEUE: (u64, &str) = (24, "0x00000100");
+
+fn ways() -> anyhow::Result<Vec<Way>> {
     let way = |name, fault, cause, counted: fn(&Resets) -> u32| Way {
         name,
         fault,
@@ -45,7 +65,7 @@ fn ways() -> Vec<Way> {
         says: Some(says),
         ..way(name, fault, ResetCause::Panic, |resets| resets.panics)
     };
-    vec![
+    let mut ways = vec![
         way(
             "pin",
             json!({"fault": "pin_reset"}),
@@ -95,12 +115,19 @@ fn ways() -> Vec<Way> {
             json!({"fault": "stack_pointer", "address": "0x20000008"}),
             "stack overflow",
         ),
-    ]
+    ];
+    for (name, symbol) in TASKS {
+        let (offset, mask) = IN_QUEUE;
+        let address = format!("{:#010x}", symbols::address(symbol)? + offset);
+        let fault = json!({"fault": "ram_bits", "address": address, "mask": mask});
+        ways.push(hang(name, fault));
+    }
+    Ok(ways)
 }
 
 /// Resets the board `rounds` times in every way, at instants drawn from the seed.
 pub fn resets(seed: u64, rounds: u64) -> anyhow::Result<Outcome> {
-    let ways = ways();
+    let ways = ways()?;
     let mut outcome = Outcome::new("recovery", 100.min(rounds * ways.len() as u64));
     let bench = Bench::new("faults/recovery", seed)?;
     let mut random = Random(seed as u32 | 1);

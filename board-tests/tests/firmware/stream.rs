@@ -8,9 +8,10 @@ use hexsense::FACTS;
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::harmonics::increment;
 use hexsense_core::sampling::{BlockSize, Calibrator};
+use hexsense_core::wire::message::encode_request;
 use hexsense_core::wire::status::Events;
 use hexsense_core::wire::telemetry::{bits_per_second, scans_of_frame};
-use hexsense_core::wire::{Drive, Request, Response, StreamContent};
+use hexsense_core::wire::{Drive, MAX_FRAME, Request, Response, StreamContent};
 
 use crate::{on, random};
 
@@ -98,6 +99,49 @@ fn counts_stream_in_every_block_at_every_rate_in_frames_that_the_line_carries() 
         let status = line.status()?;
         assert_eq!(status.events, Events::NONE);
     }
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the firmware and the virtual board"]
+fn a_flood_of_requests_takes_nothing_from_the_stream_and_some_are_answered() -> anyhow::Result<()> {
+    const FLOOD_S: u64 = 3;
+    let mut board = on("flood")?;
+    let line = &mut board.line;
+    line.stream_everything()?;
+    line.run_s(0.1)?;
+    let before = line.status()?;
+    let mut status = [0; MAX_FRAME];
+    let length = encode_request(&Request::Status, 7, &mut status)?;
+    // What the line carries in ten milliseconds.
+    let wave: Vec<u8> = status[..length]
+        .iter()
+        .copied()
+        .cycle()
+        .take(FACTS.baud as usize / 1_000)
+        .collect();
+    let mut answers = 0;
+    for _ in 0..100 * FLOOD_S {
+        line.send_bytes(&wave)?;
+        line.run(Duration::from_millis(10))?;
+        while line.answer_to(7).is_some() {
+            answers += 1;
+        }
+    }
+    line.run_s(0.5)?;
+    assert_whole(line, "flood");
+    let after = line.status()?;
+    assert_eq!(after.events.blocks_dropped, before.events.blocks_dropped);
+    assert_eq!(after.scans_lost, before.scans_lost);
+    let scans: u64 = line
+        .blocks
+        .iter()
+        .map(|arrived| u64::from(arrived.block.header.scans))
+        .sum();
+    assert!(scans > 4_000 * FLOOD_S, "{scans} scans");
+    // What the stream leaves of the line carries hundreds a second.
+    println!("{answers} answers in {FLOOD_S} s, {:?}", after.events);
+    assert!(answers > 100 * FLOOD_S, "{answers} answers");
     Ok(())
 }
 

@@ -128,14 +128,19 @@ impl Harmonics {
         self.harmonics[0]
     }
 
-    /// Total harmonic distortion: √(A₂² + … + A₅²) / A₁.
+    /// Total harmonic distortion: √(A₂² + … + A₅²) / A₁; 0 for a signal that stands still.
     #[must_use]
     pub fn distortion(&self) -> f64 {
         let overtones = self.harmonics[1..]
             .iter()
             .map(|h| h.amplitude() * h.amplitude())
             .sum::<f64>();
-        libm::sqrt(overtones) / self.first().amplitude()
+        let distortion = libm::sqrt(overtones) / self.first().amplitude();
+        if distortion.is_finite() {
+            distortion
+        } else {
+            0.0
+        }
     }
 
     /// The same signal with the phases of samples taken earlier by `early_rad` of the drive's phase. A channel that is

@@ -111,16 +111,22 @@ impl<F: NorFlash> Archive<F> {
         Ok(history)
     }
 
-    /// The set in a slot; `None` without a set that decodes.
+    /// The set of this identity in a slot; `None` when it is not there or does not decode.
     ///
     /// # Errors
     /// [`ArchiveError::Flash`].
     pub async fn read(
         &mut self,
         slot: u8,
+        id: SetId,
     ) -> Result<Option<CoefficientSet>, ArchiveError<F::Error>> {
-        self.fetch(slot, |_, encoded| CoefficientSet::decode(encoded).ok())
-            .await
+        let is_it = |entry: Entry| entry.id == Some(id);
+        self.fetch(slot, |entry, encoded| {
+            CoefficientSet::decode(encoded)
+                .ok()
+                .filter(|_| is_it(entry))
+        })
+        .await
     }
 
     /// Stores an encoded set of `board`, which `entry` makes active in place of the set in slot `active`. Returns its place

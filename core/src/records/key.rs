@@ -21,7 +21,7 @@ const CHECKED: usize = 48;
 
 /// The secret that the board and the key holder share.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Key(pub [u8; 32]);
+pub struct Key(#[serde(deserialize_with = "crate::bytes::read")] pub [u8; 32]);
 
 impl fmt::Debug for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -15,4 +15,4 @@ pub mod record;
 pub use base::{BaseError, JackCoefficients, MotionBase};
 pub use flash::{Archive, ArchiveError, History, Stored};
 pub use log::Entry;
-pub use record::{CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients};
+pub use record::{CoefficientSet, MAX_ENCODED, MAX_VALUE, RecordError, SetId, TriadCoefficients};

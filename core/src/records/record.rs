@@ -16,12 +16,17 @@ use sha2::{Digest, Sha256};
 use super::base::{BaseError, JackCoefficients, MotionBase};
 use crate::channel::{Ratiometric, Triad};
 use crate::checksum::checksum;
+use crate::facts::SUPPLY_FACTORS;
 
 /// Upper bound of the encoded length of a set, bytes: the longest has 613, 300 of them in the triads and 208 in base
 /// and jacks. The archive gives each set a page of 2 KiB.
 pub const MAX_ENCODED: usize = 640;
 /// Longest geometry name, bytes of UTF-8.
 pub const MAX_NAME: usize = 32;
+
+/// Every value that a set can make is smaller than this, in m/s², rad/s² or rad/s, and every offset, in counts: a
+/// thousand times what any sensor of a motion base measures, and fifteen times the largest count.
+pub const MAX_VALUE: f32 = 1e6;
 
 /// Identity of a set by its content.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, Default)]
@@ -77,6 +82,7 @@ pub struct CoefficientSet {
     /// Mean temperature of the board during the campaign, °C.
     pub temperature_c: f32,
     /// SHA-256 of the campaign's captures.
+    #[serde(deserialize_with = "crate::bytes::read")]
     pub provenance: [u8; 32],
     /// Linear acceleration, angular acceleration, angular rate.
     pub triads: [TriadCoefficients; 3],
@@ -129,6 +135,15 @@ pub enum RecordError {
     /// The temperature of the calibration is NaN or infinite.
     #[error("the temperature of the calibration is not a finite number; calibrate again")]
     Temperature,
+    /// An offset is too large, or a value at a count and a supply that the board can have. Such values may not be finite.
+    #[error(
+        "with the offsets and the matrix of {triad:?} a value can reach {MAX_VALUE:e} at a count from 0 to 65535, or an \
+         offset does; calibrate again"
+    )]
+    Values {
+        /// The triad.
+        triad: Triad,
+    },
 }
 
 impl CoefficientSet {
@@ -195,7 +210,8 @@ impl CoefficientSet {
     /// Checks that the numbers are usable.
     ///
     /// # Errors
-    /// [`RecordError::NotFinite`], [`RecordError::Singular`], [`RecordError::Base`] and [`RecordError::Temperature`].
+    /// [`RecordError::NotFinite`], [`RecordError::Singular`], [`RecordError::Values`], [`RecordError::Base`] and
+    /// [`RecordError::Temperature`].
     pub fn check(&self) -> Result<(), RecordError> {
         for (triad, coefficients) in Triad::ALL.into_iter().zip(&self.triads) {
             coefficients.check(triad)?;
@@ -229,7 +245,24 @@ impl TriadCoefficients {
         if is_singular(&matrix) {
             return Err(RecordError::Singular { triad });
         }
-        Ok(())
+        let values = self.matrix.iter().map(|row| self.largest(*row));
+        let offsets = self.offset.iter().map(|offset| offset.abs());
+        if values.chain(offsets).all(|number| number < MAX_VALUE) {
+            Ok(())
+        } else {
+            Err(RecordError::Values { triad })
+        }
+    }
+
+    /// A bound of what a row of the matrix makes of any counts at any supply that a working board can have: Σ |M|·|c·u − u0|,
+    /// each the largest between u = 0 and u = 65535 at the largest c.
+    #[must_use]
+    pub fn largest(&self, row: [f32; 3]) -> f32 {
+        let most = SUPPLY_FACTORS[1] * f32::from(u16::MAX);
+        let products = row.iter().zip(&self.offset);
+        products
+            .map(|(element, offset)| element.abs() * offset.abs().max((most - offset).abs()))
+            .sum()
     }
 }
 

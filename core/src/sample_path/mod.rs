@@ -172,6 +172,12 @@ impl Path {
         taken
     }
 
+    /// The coefficients at work.
+    #[must_use]
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+
     /// Notes the time of what has happened since the last call, and keeps the count of dropped blocks from wrapping. The
     /// sample interrupt does not do this, because it takes the same time for every block.
     pub fn note_times(&mut self, uptime_ms: u64) {

@@ -29,6 +29,8 @@ pub struct Context {
     pub temperature_c: f32,
     /// Set that makes the values.
     pub set: Option<SetId>,
+    /// Whether no good reading of the supply has come for a second.
+    pub supply_is_old: bool,
 }
 
 impl Context {
@@ -36,6 +38,7 @@ impl Context {
         supply: 0.0,
         temperature_c: 0.0,
         set: None,
+        supply_is_old: false,
     };
 }
 

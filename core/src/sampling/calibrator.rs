@@ -130,6 +130,15 @@ impl Prepared {
         }; TRIADS],
     };
 
+    /// A checksum over all coefficients, which any one wrong bit changes.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        let triads = self.triads.iter();
+        let numbers =
+            triads.flat_map(|triad| triad.offset.iter().chain(triad.matrix.as_flattened()));
+        numbers.fold(0, |sum: u32, number| sum.rotate_left(1) ^ number.to_bits())
+    }
+
     /// Calibrated values of one scan's inertial channels.
     #[must_use]
     pub fn apply(&self, scan: &[u16; INERTIAL]) -> Values {

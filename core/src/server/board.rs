@@ -6,7 +6,7 @@
 use crate::facts::BoardFacts;
 use crate::live_pose::JackBlock;
 use crate::sample_path::Path;
-use crate::sampling::BlockSize;
+use crate::sampling::{BlockSize, SupplyReading};
 use crate::storage::StorageCommand;
 use crate::wire::hello::Greeting;
 use crate::wire::status::{EventCount, Events, OptionBytes, Resets, StackUse};
@@ -92,8 +92,8 @@ pub struct Health {
     pub uptime_ms: u64,
     /// What went wrong; blocks that the link had no room for are counted by the sample path.
     pub events: Events,
-    /// The latest supply and temperature; `None` before the first reading.
-    pub supply: Option<SupplyReading>,
+    /// The latest supply and temperature.
+    pub supply: SupplyReading,
     /// Whether the board has a key.
     pub provisioned: bool,
     /// Why the board started, and how often.
@@ -104,17 +104,6 @@ pub struct Health {
     pub panic: Option<PanicMessage>,
     /// Option bytes of the chip.
     pub option_bytes: OptionBytes,
-}
-
-/// A smoothed reading of supply and temperature.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SupplyReading {
-    /// Supply factor c, see [`crate::sampling`].
-    pub factor: f32,
-    /// Temperature of the die, °C.
-    pub temperature_c: f32,
-    /// Readings that this is the mean of.
-    pub readings: u8,
 }
 
 /// Length of a frame. Everything that is sent fits one, so an error here is a mistake of the build; the host asks again.

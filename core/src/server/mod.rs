@@ -24,7 +24,7 @@ pub mod solving;
 pub mod stream;
 pub mod tilt;
 
-pub use board::{Board, Command, HarmonicsCommand, Health, SamplingCommand, SupplyReading};
+pub use board::{Board, Command, HarmonicsCommand, Health, SamplingCommand};
 
 use crate::channel::CHANNELS;
 use crate::harmonics::{ANALYSERS, Analyser, ChannelSums};
@@ -57,9 +57,12 @@ pub struct Server<B> {
     /// The board.
     pub board: B,
     stream: Stream,
-    /// Sequence number of the command that a task is carrying out.
-    open: Option<u16>,
+    /// The command that a task is carrying out: its sequence number, and where its refusal counts.
+    open: Option<(u16, Pick)>,
 }
+
+/// Chooses a count.
+type Pick = fn(&mut Events) -> &mut EventCount;
 
 /// Answer to a request; `None` when it follows later.
 type Outcome = Option<Response>;
@@ -101,7 +104,11 @@ impl<B: Board> Server<B> {
                 match outcome {
                     Ok(None) => None,
                     Ok(Some(answer)) => self.encode(&answer, sequence, out),
-                    Err(refusal) => self.encode(&Response::Refused(refusal), sequence, out),
+                    Err(refusal) => {
+                        let answer = Response::Refused(refusal);
+                        self.count_refusal(&answer, |events| &mut events.requests_refused);
+                        self.encode(&answer, sequence, out)
+                    }
                 }
             }
             Kind::Greeting | Kind::Response | Kind::Block | Kind::Pose => {
@@ -113,7 +120,8 @@ impl<B: Board> Server<B> {
 
     /// Takes the answer to the open command; returns the length of the frame to send.
     pub fn hand_out(&mut self, answer: &Response, out: &mut [u8]) -> Option<usize> {
-        let sequence = self.open.take()?;
+        let (sequence, refused) = self.open.take()?;
+        self.count_refusal(answer, refused);
         self.encode(answer, sequence, out)
     }
 
@@ -163,11 +171,29 @@ impl<B: Board> Server<B> {
             Request::UploadCommit => Command::Storage(StorageCommand::Commit),
             Request::UploadAbort => Command::Storage(StorageCommand::Abort),
         };
+        let refused: Pick = match &command {
+            Command::Storage(command) if command.is_change() => {
+                |events| &mut events.changes_refused
+            }
+            _ => |events| &mut events.requests_refused,
+        };
         if self.open.is_some() || !self.board.order(command) {
             return Err(Refusal::Busy);
         }
-        self.open = Some(sequence);
+        self.open = Some((sequence, refused));
         Ok(None)
+    }
+
+    /// Counts a refusal. A board that is busy has refused nothing: the host asks again.
+    fn count_refusal(&mut self, answer: &Response, refused: Pick) {
+        match answer {
+            Response::Refused(Refusal::Busy) => {}
+            Response::Refused(Refusal::WrongTag) => {
+                self.board.count(|events| &mut events.wrong_tags);
+            }
+            Response::Refused(_) => self.board.count(refused),
+            _ => {}
+        }
     }
 
     fn progress(&mut self) -> Progress {
@@ -253,10 +279,10 @@ impl<B: Board> Server<B> {
     }
 
     fn status(&mut self) -> Status {
-        let (progress, path_cycles) = self.board.path(|path| (path.progress, path.cycles()));
-        let (dropped, first_with_set_ms) = self
-            .board
-            .path(|path| (path.dropped, path.first_with_set_ms));
+        let (progress, path_cycles, dropped, first_with_set_ms) = self.board.path(|path| {
+            let (cycles, first_ms) = (path.cycles(), path.first_with_set_ms);
+            (path.progress, cycles, path.dropped, first_ms)
+        });
         let analysers = self
             .board
             .path(|path| path.analysers.each_ref().map(Analyser::state));
@@ -266,9 +292,9 @@ impl<B: Board> Server<B> {
         let health = self.board.health();
         let supply = health.supply;
         let calibrated_c = self.board.calibrated_at_c();
-        let in_calibrated_range = supply
-            .zip(calibrated_c)
-            .is_some_and(|(now, then)| (now.temperature_c - then).abs() <= CALIBRATED_RANGE_K);
+        let in_calibrated_range = calibrated_c.is_some_and(|then| {
+            supply.readings > 0 && (supply.temperature_c - then).abs() <= CALIBRATED_RANGE_K
+        });
         Status {
             uptime_ms: health.uptime_ms,
             rate_hz: progress.rate_hz,
@@ -284,16 +310,17 @@ impl<B: Board> Server<B> {
             analysers,
             scans_lost: progress.lost,
             crystal: self.board.has_crystal(),
-            supply: supply.map_or(f32::NAN, |reading| reading.factor),
-            supply_readings: supply.map_or(0, |reading| reading.readings),
-            temperature_c: supply.map_or(f32::NAN, |reading| reading.temperature_c),
+            supply: supply.factor,
+            supply_readings: supply.readings,
+            temperature_c: supply.temperature_c,
             in_calibrated_range,
-            tilt_approximate_rad: tilt.map(tilt::tilt),
+            tilt_approximate_rad: tilt.and_then(tilt::tilt),
             provisioned: health.provisioned,
             resets: health.resets,
             stack: health.stack,
             panic: health.panic,
             option_bytes: health.option_bytes,
+            supply_is_old: supply.is_old,
         }
     }
 

@@ -78,6 +78,7 @@ fn header(piece: &Piece, progress: &Progress, content: StreamContent) -> Header 
             values: content.values && piece.context.set.is_some(),
             ..content
         },
+        supply_is_old: piece.context.supply_is_old,
     }
 }
 

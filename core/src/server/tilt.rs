@@ -17,9 +17,10 @@ pub fn sums(values: &[Values]) -> [f32; 3] {
     [0, 1, 2].map(|axis| values.iter().map(|scan| scan[axis]).sum::<f32>())
 }
 
-/// Roll and pitch, rad, from a block's [`sums`]; wrong while the base accelerates.
-pub fn tilt([ax, ay, az]: [f32; 3]) -> [f32; 2] {
+/// Roll and pitch, rad, from a block's [`sums`]; wrong while the base accelerates. `None` for sums without a direction.
+pub fn tilt([ax, ay, az]: [f32; 3]) -> Option<[f32; 2]> {
     // By the trait's name: where the standard library is linked, its exact functions have the same names.
     let radial = F32Ext::sqrt(ay * ay + az * az);
-    [F32Ext::atan2(-az, ay), F32Ext::atan2(ax, radial)]
+    let tilt = [F32Ext::atan2(-az, ay), F32Ext::atan2(ax, radial)];
+    tilt.iter().all(|angle| angle.is_finite()).then_some(tilt)
 }

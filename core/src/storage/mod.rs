@@ -59,6 +59,14 @@ pub enum StorageCommand {
     Abort,
 }
 
+impl StorageCommand {
+    /// Whether it changes what the board keeps, or is a step of such a change.
+    #[must_use]
+    pub const fn is_change(&self) -> bool {
+        matches!(self, Self::Change(..) | Self::Chunk(..) | Self::Commit)
+    }
+}
+
 /// The active set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Active {
@@ -216,8 +224,25 @@ impl<F: NorFlash> Storage<F> {
         }
     }
 
+    /// Reads the active set from the flash again, so that no flaw of the RAM stays in it. Where the flash gives it no more,
+    /// the set in RAM stays; the next start looks for another.
+    pub async fn refresh(&mut self) {
+        let Some((slot, id)) = self
+            .active
+            .as_ref()
+            .map(|active| (active.slot, active.set.id))
+        else {
+            return;
+        };
+        let read = self.archive().read(slot, id).await;
+        if let (Ok(Some(content)), Some(active)) = (read, &mut self.active) {
+            active.content = content;
+        }
+    }
+
     async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
-        let set = self.archive().read(stored.slot).await.map_err(refusal)?;
+        let set = self.archive().read(stored.slot, stored.id).await;
+        let set = set.map_err(refusal)?;
         set.ok_or(Refusal::Flash)
     }
 

@@ -39,6 +39,7 @@ pub enum Act {
         /// Length of the encoded set, bytes.
         length: u16,
         /// SHA-256 of the encoded set; its first eight bytes are the set's identity.
+        #[serde(deserialize_with = "crate::bytes::read")]
         digest: [u8; 32],
     },
     /// One of the kept sets becomes active again.

@@ -79,6 +79,7 @@ pub enum Request {
         /// What to do.
         change: Change,
         /// Proof that the change comes from the key holder.
+        #[serde(deserialize_with = "crate::bytes::read")]
         tag: Tag,
     },
     /// The next piece of the set → [`Response::Done`].

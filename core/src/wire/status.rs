@@ -126,6 +126,16 @@ pub struct Events {
     /// A result of a converter was lost or taken twice on its way into memory, so that the counts were those of other
     /// channels. The converters were restarted.
     pub slips: EventCount,
+    /// A reading of supply and temperature did not come, or no working board has it. The mean of the good ones stays.
+    pub supply_refused: EventCount,
+    /// The coefficients at work were not those of the stored set. They were read from flash again.
+    pub coefficients_restored: EventCount,
+    /// A change had the wrong tag: it came from somebody without the board's key.
+    pub wrong_tags: EventCount,
+    /// A change, or a step of an upload, was refused for another reason.
+    pub changes_refused: EventCount,
+    /// Another request was refused. A board that is busy refuses nothing.
+    pub requests_refused: EventCount,
 }
 
 impl Events {
@@ -145,6 +155,11 @@ impl Events {
         flash_corrections: EventCount::NONE,
         torn_words: EventCount::NONE,
         slips: EventCount::NONE,
+        supply_refused: EventCount::NONE,
+        coefficients_restored: EventCount::NONE,
+        wrong_tags: EventCount::NONE,
+        changes_refused: EventCount::NONE,
+        requests_refused: EventCount::NONE,
     };
 
     /// Restarts of the converters after a fault.
@@ -239,8 +254,8 @@ pub struct Status {
     pub crystal: bool,
     /// Supply factor VDDA / 3.3 V.
     pub supply: f32,
-    /// Number of supply readings in this mean: 16, but fewer in the first 0.3 s after a start, and 0 before the first.
-    /// With n of them its noise is √(16 / n) times as large.
+    /// Number of supply readings in this mean: 16, but fewer in the first 0.3 s after a start, and 0 before the first,
+    /// when supply and temperature are not known. With n of them its noise is √(16 / n) times as large.
     pub supply_readings: u8,
     /// Temperature of the die, °C.
     pub temperature_c: f32,
@@ -258,6 +273,8 @@ pub struct Status {
     pub panic: Option<heapless::String<128>>,
     /// Option bytes of the chip.
     pub option_bytes: OptionBytes,
+    /// Whether no good reading of the supply has come for a second.
+    pub supply_is_old: bool,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

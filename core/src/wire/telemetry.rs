@@ -31,8 +31,8 @@ const COUNT_BYTES: usize = CHANNELS * 2;
 /// Bytes of one scan's values.
 const VALUE_BYTES: usize = INERTIAL * 4;
 /// Upper bound of the encoded header, bytes: scan 10, scans 1, rate 5, supply 4, temperature 4, set 9, dropped 5,
-/// content 3.
-const MAX_HEADER: usize = 41;
+/// content 3, age of the supply 1.
+const MAX_HEADER: usize = 42;
 
 /// The common data of a frame's scans.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -53,6 +53,8 @@ pub struct Header {
     pub dropped: u32,
     /// What follows the header.
     pub content: StreamContent,
+    /// Whether no good reading of the supply has come for a second: the supply factor may be wrong.
+    pub supply_is_old: bool,
 }
 
 /// Samples for a frame, one item a scan in each list; lists outside of the content may be empty.

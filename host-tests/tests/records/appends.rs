@@ -23,6 +23,7 @@ pub fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
     let mut archive = Archive::new(nor, 0);
     let history = block_on(archive.history(0)).expect("it can be read after any power cut");
     let newest = *history.first()?;
-    let set = block_on(archive.read(newest.slot)).expect("it can be read after any power cut");
+    let set =
+        block_on(archive.read(newest.slot, newest.id)).expect("it can be read after any power cut");
     Some((newest, set.expect("what history tells can be read")))
 }

@@ -33,7 +33,7 @@ fn an_uncertainty_may_be_zero_and_as_large_as_a_number_can_be_but_not_negative()
 fn a_matrix_is_singular_up_to_a_ten_thousandth_of_its_cubed_norm_whatever_its_unit() {
     for (index, triad) in Triad::ALL.into_iter().enumerate() {
         for axis in 0..3 {
-            for unit in [1.0, 1e-3, -6e-4, 1e3] {
+            for unit in [1.0, 1e-3, -6e-4, 9.0] {
                 let with = |d: f32| {
                     problem(|set| {
                         let matrix = &mut set.triads[index].matrix;

@@ -1,9 +1,10 @@
 //! A set is read whole, or refused with the reason.
 
-use hexsense_core::channel::Triad;
+use hexsense_core::channel::{Ratiometric, Triad};
 use hexsense_core::records::{
     BaseError, CoefficientSet, MAX_ENCODED, RecordError, SetId, TriadCoefficients,
 };
+use hexsense_core::sampling::Calibrator;
 use proptest::prelude::*;
 
 use crate::sets::any_set;
@@ -202,6 +203,77 @@ fn matrices_that_mix_up_axes_are_refused() {
                 CoefficientSet::decode(&encoded(&set)),
                 Err(RecordError::Singular { triad })
             );
+        }
+    }
+}
+
+/// A set of which one triad has this offset on each axis, and this gain of each axis alone.
+fn plain(index: usize, offset: f32, gain: f32) -> CoefficientSet {
+    let mut set = numbered(1);
+    let triad = &mut set.triads[index];
+    triad.offset = [offset; 3];
+    triad.matrix = [[gain, 0.0, 0.0], [0.0, -gain, 0.0], [0.0, 0.0, gain]];
+    set
+}
+
+#[test]
+fn sets_whose_values_can_reach_a_million_are_refused() {
+    // The largest count is 65535, and 72088.5 at the largest supply, a tenth above the nominal.
+    let bounds = [
+        (0.0, 13.871, Some(13.873)),
+        (72_088.5, 13.871, Some(13.873)),
+        (36_044.25, 27.743, Some(27.745)),
+        (-27_911.5, 9.999, Some(10.001)),
+        // Offsets are counts, and below a million too.
+        (999_999.0, 1e-3, None),
+        (-999_999.0, 1e-3, None),
+    ];
+    for (index, triad) in Triad::ALL.into_iter().enumerate() {
+        for (offset, good, bad) in bounds {
+            let set = plain(index, offset, good);
+            assert_eq!(CoefficientSet::decode(&encoded(&set)), Ok(set));
+            if let Some(bad) = bad {
+                let set = plain(index, offset, bad);
+                let decoded = CoefficientSet::decode(&encoded(&set));
+                assert_eq!(decoded, Err(RecordError::Values { triad }), "{offset}");
+            }
+        }
+        for (offset, gain) in [(1e6, 1e-3), (-1e6, 1e-3), (3e38, 1e-38), (1.0, 1e36)] {
+            let decoded = CoefficientSet::decode(&encoded(&plain(index, offset, gain)));
+            assert_eq!(decoded, Err(RecordError::Values { triad }), "{offset}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(5_000))]
+
+    /// At the ends of the counts and of the supply, where the values are the largest, ratiometric or not.
+    #[test]
+    fn no_set_that_is_taken_makes_a_value_that_is_not_finite_or_reaches_a_million(
+        bits in proptest::array::uniform12(proptest::num::f32::NORMAL),
+        size in 0..40_i32,
+        far in 0..40_i32,
+        ratiometric in 0..1_u16 << 15,
+    ) {
+        let mut set = numbered(1);
+        // Numbers of any size, most of them near what is still taken.
+        let scaled = |number: f32, exponent: i32| number.signum() * (1.0 + number.abs().fract()) * 10_f32.powi(exponent);
+        let triad = &mut set.triads[1];
+        triad.offset = std::array::from_fn(|axis| scaled(bits[axis], far - 10 + axis as i32));
+        triad.matrix = std::array::from_fn(|row| std::array::from_fn(|column| {
+            scaled(bits[3 + 3 * row + column], size - 30)
+        }));
+        set.ratiometric = Ratiometric::from_bits(ratiometric).unwrap();
+        if let Ok(set) = CoefficientSet::decode(&encoded(&set)) {
+            let calibrator = Calibrator::new(&set);
+            for supply in [0.9, 1.0, 1.1] {
+                for corner in 0..8 {
+                    let scan = std::array::from_fn(|channel| if corner >> (channel % 3) & 1 == 1 { u16::MAX } else { 0 });
+                    let values = calibrator.apply(&scan, supply);
+                    prop_assert!(values[3..6].iter().all(|value| value.abs() <= 1e6), "{values:?}");
+                }
+            }
         }
     }
 }

@@ -82,14 +82,14 @@ fn any_jacks() -> impl Strategy<Value = JackCoefficients> {
         )
 }
 
-/// Sensors up to a third of their sensitivity off their axes, either way round, in any unit.
+/// Sensors up to a third of their sensitivity off their axes, either way round, in any unit in which no value reaches 1e6.
 fn any_triad() -> impl Strategy<Value = TriadCoefficients> {
     let three = |range: std::ops::Range<f32>| std::array::from_fn(|_| range.clone());
     let nine = |range: std::ops::Range<f32>| std::array::from_fn(|_| three(range.clone()));
     let signs = [prop::bool::ANY; 3];
     (
         three(0.0..65_536.0),
-        (nine(-0.3..0.3), signs, -6.0_f32..3.0),
+        (nine(-0.3..0.3), signs, -6.0_f32..0.8),
         three(0.0..10.0),
         nine(0.0..1.0),
         -0.1_f32..0.1,

@@ -21,6 +21,7 @@ fn largest_block(content: StreamContent, scans: usize) -> usize {
         set: Some(SetId([0xFF; 8])),
         dropped: u32::MAX,
         content,
+        supply_is_old: true,
     };
     let samples = Samples {
         inertial: &[[0xFFFF; INERTIAL]; MAX_SCANS],

@@ -260,6 +260,7 @@ fn record_errors() -> String {
         Singular { .. } => RecordError::Singular { triad: Triad::LinearAcceleration },
         Base { .. } => RecordError::Base(BaseError::NotFinite),
         Temperature {} => RecordError::Temperature,
+        Values { .. } => RecordError::Values { triad: Triad::AngularRate },
     })
 }
 
@@ -363,6 +364,7 @@ pub fn header() -> Header {
         set: Some(ID),
         dropped: 0x1112_1314,
         content: CONTENT,
+        supply_is_old: true,
     }
 }
 
@@ -471,6 +473,7 @@ fn status() -> Status {
             brown_out_level: 4,
             write_protected: [None, Some((3, 61)), None, Some((8, 9))],
         },
+        supply_is_old: true,
     }
 }
 
@@ -494,5 +497,10 @@ fn events() -> Events {
         flash_corrections: tally(12),
         torn_words: tally(13),
         slips: tally(14),
+        supply_refused: tally(15),
+        coefficients_restored: tally(16),
+        wrong_tags: tally(17),
+        changes_refused: tally(18),
+        requests_refused: tally(19),
     }
 }

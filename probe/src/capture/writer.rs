@@ -223,6 +223,7 @@ mod tests {
                 values: true,
                 pose: false,
             },
+            supply_is_old: false,
         };
         let counts = (0..BLOCK)
             .map(|row| std::array::from_fn(|column| (1000 * column + row) as u16))

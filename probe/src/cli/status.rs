@@ -224,18 +224,35 @@ impl Reading {
         )
     }
 
-    fn supply_v(&self) -> f32 {
-        self.status.supply * self.facts.nominal_supply_v
+    /// `None` before the first reading.
+    fn supply_v(&self) -> Option<f32> {
+        let known = self.status.supply_readings > 0;
+        known.then_some(self.status.supply * self.facts.nominal_supply_v)
     }
 
-    /// The supply, and how settled its mean is.
+    /// `None` before the first reading.
+    fn temperature_c(&self) -> Option<f32> {
+        let known = self.status.supply_readings > 0;
+        known.then_some(self.status.temperature_c)
+    }
+
+    /// The supply, how settled its mean is, and whether it is still true.
     fn supply(&self) -> String {
         let status = &self.status;
+        let old = match status.supply_is_old {
+            true => {
+                ", OLD: no good reading for a second. Recordings are refused; look at the board's supply"
+            }
+            false => "",
+        };
+        let Some(supply_v) = self.supply_v() else {
+            return format!("not known yet{old}");
+        };
         let settling = match status.supply_readings {
             AVERAGED.. => String::new(),
             readings => format!(", settling: mean of {readings} readings of {AVERAGED}"),
         };
-        format!("{:.3} V{settling}", self.supply_v())
+        format!("{supply_v:.3} V{settling}{old}")
     }
 
     /// Share of the link's capacity that a stream takes at the board's rate and block.
@@ -255,7 +272,10 @@ impl Reading {
             (Some(_), true) => ", within 10 K of the calibration",
             (Some(_), false) => ", more than 10 K from the calibration: calibrate again",
         };
-        format!("{:.1} °C{range}", self.status.temperature_c)
+        match self.temperature_c() {
+            Some(temperature_c) => format!("{temperature_c:.1} °C{range}"),
+            None => "not known yet".to_owned(),
+        }
     }
 
     fn to_json(&self) -> Value {
@@ -300,7 +320,8 @@ impl Reading {
             "clock": if status.crystal { "crystal" } else { "internal" },
             "supply_v": self.supply_v(),
             "supply_readings": status.supply_readings,
-            "temperature_c": status.temperature_c,
+            "supply_is_old": status.supply_is_old,
+            "temperature_c": self.temperature_c(),
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
             "tilt_approximate_rad": status.tilt_approximate_rad,
             "provisioned": status.provisioned,

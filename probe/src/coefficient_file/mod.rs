@@ -11,7 +11,8 @@ mod table;
 
 use std::path::Path;
 
-use hexsense_core::records::{CoefficientSet, MAX_ENCODED, RecordError};
+use hexsense_core::channel::NAMES;
+use hexsense_core::records::{CoefficientSet, MAX_ENCODED, MAX_VALUE, RecordError};
 
 use crate::files::{self, FileError};
 use keys::{FORMAT, Keys};
@@ -56,6 +57,24 @@ pub enum CoefficientFileError {
         stated: String,
         /// Identity of its numbers.
         found: String,
+    },
+    /// A value could be too large.
+    #[error(
+        "{file}: with the offset_counts and row {row} of the matrix in [{table}], {channel} can reach {value:.1e} at a count \
+         from 0 to 65535; the board takes a set only if every value stays below {MAX_VALUE:e}, and every offset. Take the \
+         original file, or calibrate again"
+    )]
+    Values {
+        /// The file.
+        file: String,
+        /// The table of the triad.
+        table: &'static str,
+        /// Row of the matrix, from 1.
+        row: usize,
+        /// The channel.
+        channel: &'static str,
+        /// The largest value, or the largest offset where that is the greater, and infinite when it cannot be computed.
+        value: f32,
     },
     /// The set is not usable.
     #[error("{file}: {reason}")]
@@ -159,12 +178,39 @@ fn way_forward(format: &str) -> &'static str {
 fn identity(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
     let mut buffer = [0; MAX_ENCODED];
     let encoded = set.check().and_then(|()| set.encode(&mut buffer));
-    let encoded = encoded.map_err(|reason| CoefficientFileError::Record {
-        file: file.to_owned(),
-        reason,
-    })?;
+    let encoded = encoded.map_err(|reason| too_large(file, set, reason))?;
     Ok(CoefficientSet::id_of(encoded).to_string())
 }
+
+/// The reason, with table, row and value where values are too large.
+fn too_large(file: &str, set: &CoefficientSet, reason: RecordError) -> CoefficientFileError {
+    let file = file.to_owned();
+    let RecordError::Values { triad } = reason else {
+        return CoefficientFileError::Record { file, reason };
+    };
+    let first = 3 * triad as usize;
+    let coefficients = &set.triads[triad as usize];
+    let reach = |row: usize| {
+        let value = coefficients.largest(coefficients.matrix[row]);
+        value.max(coefficients.offset[row].abs())
+    };
+    let largest = (0..3).max_by(|one, other| reach(*one).total_cmp(&reach(*other)));
+    let row = largest.unwrap_or_default();
+    CoefficientFileError::Values {
+        file,
+        table: TABLES[triad as usize],
+        row: row + 1,
+        channel: NAMES[first + row],
+        value: reach(row),
+    }
+}
+
+/// Names of the triads' tables.
+const TABLES: [&str; 3] = [
+    "linear_acceleration",
+    "angular_acceleration",
+    "angular_rate",
+];
 
 #[cfg(test)]
 mod printed;

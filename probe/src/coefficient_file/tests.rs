@@ -135,6 +135,50 @@ fn numbers_that_are_not_finite_are_refused_by_what_they_belong_to() {
 }
 
 #[test]
+fn values_that_no_board_streams_are_refused_by_table_row_and_channel() {
+    // 65535 counts at the largest supply, 1.1, are 72088.5 at nominal supply. So the counts of the angular accelerations
+    // are 39318.4, 61419.8 and 40002.7 from their offsets at most; row 2 of the matrix is 0.2, 1.4, 0.4 per count.
+    type Spoil = fn(&mut CoefficientSet);
+    let spoilt: [(Spoil, &str); 4] = [
+        (
+            |set| {
+                set.triads[1].matrix = set.triads[1].matrix.map(|row| row.map(|gain| 10.0 * gain))
+            },
+            "row 2 of the matrix in [angular_acceleration], ey can reach 1.1e6",
+        ),
+        (
+            |set| {
+                set.triads[1].matrix = set.triads[1].matrix.map(|row| row.map(|gain| 1e32 * gain))
+            },
+            "row 2 of the matrix in [angular_acceleration], ey can reach 1.1e37",
+        ),
+        (
+            |set| set.triads[2].offset[2] = 3e38,
+            "row 3 of the matrix in [angular_rate], wz can reach 3.0e38",
+        ),
+        (
+            |set| set.triads[0].offset[0] = -1e6,
+            "row 1 of the matrix in [linear_acceleration], ax can reach 1.0e6",
+        ),
+    ];
+    for (spoil, named) in spoilt {
+        let mut set = set();
+        spoil(&mut set);
+        let said = to_text("c.toml", &set).unwrap_err().to_string();
+        assert!(
+            said.contains(named) && said.contains("below 1e6"),
+            "{named}: {said}"
+        );
+        assert!(
+            said.starts_with("c.toml: with the offset_counts and "),
+            "{said}"
+        );
+    }
+    let said = problem(&changed("40003.7", "3e38"));
+    assert!(said.contains("wz can reach 3.0e38"), "{said}");
+}
+
+#[test]
 fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
     for (key, digits) in [
         ("board", "01626f617264ff0075696432"),

@@ -88,6 +88,26 @@ pub enum RecordError {
         /// Counter of the first scan with the other set.
         scan: u64,
     },
+    /// The supply of the board is not known.
+    #[error(
+        "at scan {scan} the board has had no good reading of its supply for a second, so that nothing is known of the scale \
+         of its counts; look at the supply and the events in `hexsense status`, measure the board's 3.3 V, and record again"
+    )]
+    OldSupply {
+        /// Counter of the first scan with the old reading.
+        scan: u64,
+    },
+    /// The board sent something that is no number.
+    #[error(
+        "the board sent {what} that is no finite number at scan {scan}; upload its coefficients again, and replace the board \
+         if that does not help"
+    )]
+    NotFinite {
+        /// Counter of the first scan of the block.
+        scan: u64,
+        /// What it is.
+        what: &'static str,
+    },
     /// The board's sums are not complete.
     #[error(
         "the board's harmonic sums of run {run} at {frequency_hz} Hz are {state:?} at its end, not complete; repeat \

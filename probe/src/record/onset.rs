@@ -117,6 +117,7 @@ mod tests {
                 values: false,
                 pose: false,
             },
+            supply_is_old: false,
         };
         Block {
             header,

@@ -129,6 +129,7 @@ impl<'a> Recorder<'a> {
                 expected: self.next_scan,
             });
         }
+        is_fit(block)?;
         self.next_scan = first_scan + u64::from(scans);
         if !self.is_wanted(block) {
             // It becomes part of the next gap.
@@ -188,5 +189,24 @@ impl<'a> Recorder<'a> {
             sink.end(&self.recorded)?;
         }
         Ok(self.recorded)
+    }
+}
+
+/// Refuses a block whose counts have no known scale, and numbers that are none.
+fn is_fit(block: &Block) -> Result<(), RecordError> {
+    let header = &block.header;
+    let scan = header.first_scan;
+    if header.supply_is_old {
+        return Err(RecordError::OldSupply { scan });
+    }
+    let values = block.values.iter().flatten().flatten();
+    let whats = [
+        ("a supply factor", header.supply.is_finite()),
+        ("a temperature", header.temperature_c.is_finite()),
+        ("a value", values.copied().all(f32::is_finite)),
+    ];
+    match whats.into_iter().find(|(_, finite)| !finite) {
+        Some((what, _)) => Err(RecordError::NotFinite { scan, what }),
+        None => Ok(()),
     }
 }

@@ -62,6 +62,14 @@ pub enum Fault {
     StarvesAfterBlocks(u64),
     /// The board's poses are off by so much along X, m.
     PoseOff(f32),
+    /// The board has had no good reading of its supply for a second.
+    OldSupply,
+    /// The supply factor in its blocks is no number.
+    NoSupplyFactor,
+    /// The temperature in its blocks is no number.
+    NoTemperature,
+    /// Its values are no numbers.
+    NoValues,
 }
 
 /// The board.

@@ -11,11 +11,9 @@ use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::records::SetId;
 use hexsense_core::sample_path::queue::Context;
 use hexsense_core::sample_path::{Path, Progress};
-use hexsense_core::sampling::{BlockSize, Calibrator, Prepared};
+use hexsense_core::sampling::{BlockSize, Calibrator, Prepared, SupplyReading};
 use hexsense_core::server::solving::{MotionInput, Solving};
-use hexsense_core::server::{
-    Board, Command, HarmonicsCommand, Health, SamplingCommand, SupplyReading,
-};
+use hexsense_core::server::{Board, Command, HarmonicsCommand, Health, SamplingCommand};
 use hexsense_core::storage::{Active, Storage, StorageCommand};
 use hexsense_core::wire::change::Challenge;
 use hexsense_core::wire::hello::Greeting;
@@ -126,12 +124,23 @@ impl Parts {
         let supply = self.source.supply();
         let active = self.storage.active();
         let context = Context {
-            supply,
-            temperature_c: TEMPERATURE_C,
+            supply: match self.fault {
+                Fault::NoSupplyFactor => f32::NAN,
+                _ => supply,
+            },
+            temperature_c: match self.fault {
+                Fault::NoTemperature => f32::INFINITY,
+                _ => TEMPERATURE_C,
+            },
             set: active.map(|active| active.set.id),
+            supply_is_old: self.fault == Fault::OldSupply,
         };
         let prepared = active.map_or(Prepared::NONE, |active| {
-            Calibrator::new(&active.content).at_supply(supply)
+            let at_supply = match self.fault {
+                Fault::NoValues => f32::NAN,
+                _ => supply,
+            };
+            Calibrator::new(&active.content).at_supply(at_supply)
         });
         let taken = self.path.set_context(context, &prepared);
         assert!(taken, "every block is sent before the next one comes");
@@ -241,11 +250,12 @@ impl Board for Parts {
         Health {
             uptime_ms: self.uptime.as_millis() as u64,
             events: self.events,
-            supply: Some(SupplyReading {
+            supply: SupplyReading {
                 factor: self.source.supply(),
                 temperature_c: TEMPERATURE_C,
                 readings: 16,
-            }),
+                is_old: self.fault == Fault::OldSupply,
+            },
             provisioned: self.storage.is_provisioned(),
             resets: Resets::default(),
             stack: StackUse {

@@ -96,6 +96,7 @@ impl Bus {
             pins,
             timebase,
             parameters,
+            stalls,
             ..
         } = self;
         let common = &adc_common[usize::from(index > 1)];
@@ -103,7 +104,11 @@ impl Bus {
         adc[index].advance(at, &mut |channel, sampled_at| {
             let at_s = timebase.seconds(sampled_at);
             let supply_v = pins.supply_v(at_s);
-            let volt = match pinout::input(index, channel) {
+            let input = pinout::input(index, channel);
+            if let (Input::Reference, Some(share)) = (&input, stalls.reference(sampled_at)) {
+                return share;
+            }
+            let volt = match input {
                 Input::Pin(pin) => pins.voltage(pin, at_s),
                 Input::Temperature if common.temperature_on() => {
                     sensor_voltage(pins.temperature_c(at_s))

@@ -4,8 +4,13 @@
 use super::map::Unit;
 use super::{Bus, fill};
 use crate::injection::{Served, Slip};
+use crate::memory::{RAM_BASE, RAM_SIZE};
 use crate::peripherals::nvic::NMI;
+use crate::peripherals::rng::Defect;
 use crate::peripherals::{Cycles, dmamux::request};
+
+/// Index of the converter that measures supply and temperature.
+const SUPPLY_ADC: usize = 4;
 
 /// The end of each stall.
 #[derive(Debug, Default)]
@@ -13,9 +18,12 @@ pub(super) struct Stalls {
     converter_dma: Cycles,
     receiver_dma: Cycles,
     transmitter_dma: Cycles,
+    supply_dma: Cycles,
     pub(super) triggers: Cycles,
     /// What happens to the next result of each converter.
     slips: [Option<Slip>; 5],
+    /// The disturbed reference, as a share of the supply, and its end.
+    reference: Option<(f64, Cycles)>,
 }
 
 impl Stalls {
@@ -24,6 +32,7 @@ impl Stalls {
         let until = match number {
             request::LPUART1_RX => self.receiver_dma,
             request::LPUART1_TX => self.transmitter_dma,
+            _ if number == request::ADC[SUPPLY_ADC] => self.supply_dma.max(self.converter_dma),
             _ if request::ADC.contains(&number) => self.converter_dma,
             _ => 0,
         };
@@ -39,6 +48,12 @@ impl Stalls {
             Some(Slip::Twice) => 2,
         }
     }
+
+    /// What the input of the reference has in place of it at `at`, as a share of the supply.
+    pub(super) fn reference(&self, at: Cycles) -> Option<f64> {
+        let (share, end) = self.reference?;
+        (at < end).then_some(share)
+    }
 }
 
 impl Bus {
@@ -49,6 +64,7 @@ impl Bus {
             Served::Converters => self.stalls.converter_dma = end,
             Served::Receiver => self.stalls.receiver_dma = end,
             Served::Transmitter => self.stalls.transmitter_dma = end,
+            Served::Supply => self.stalls.supply_dma = end,
         }
         self.expect_end_of_stall(end);
     }
@@ -88,6 +104,46 @@ impl Bus {
             self.iwdg.stand_still(duration);
             self.refresh(Unit::Iwdg);
         }
+    }
+
+    /// The 48 MHz oscillator never starts again.
+    pub fn stop_hsi48(&mut self) {
+        self.rcc.stop_hsi48();
+        self.refresh(Unit::Rng);
+    }
+
+    /// The generator of random numbers has a defect for this duration, µs.
+    pub fn break_random(&mut self, defect: Defect, duration_us: u64) {
+        let end = self.later(duration_us);
+        self.rng.break_down(defect, end);
+        self.refresh(Unit::Rng);
+    }
+
+    /// The input of the reference is at this share of the supply for this duration, µs.
+    pub fn disturb_reference(&mut self, share: f64, duration_us: u64) {
+        self.stalls.reference = Some((share, self.later(duration_us)));
+    }
+
+    /// Flips bits of a word of the SRAM; false when there is none at this address.
+    pub fn flip_ram(&mut self, address: u32, mask: u32) -> bool {
+        let Some(offset) = address.checked_sub(RAM_BASE) else {
+            return false;
+        };
+        let mut word = [0; 4];
+        let offset = offset as usize;
+        self.ram.read(offset, &mut word)
+            && self
+                .ram
+                .write(offset, &(u32::from_le_bytes(word) ^ mask).to_le_bytes())
+    }
+
+    /// Address of a word of the SRAM with this content, after passing over `skip` of them.
+    pub fn find_in_ram(&self, holds: u32, skip: usize) -> Option<u32> {
+        let addresses = (0..RAM_SIZE).step_by(4).filter(|offset| {
+            let mut word = [0; 4];
+            self.ram.read(*offset, &mut word) && u32::from_le_bytes(word) == holds
+        });
+        addresses.map(|offset| RAM_BASE + offset as u32).nth(skip)
     }
 
     /// The power goes: a flash operation under way is cut short.

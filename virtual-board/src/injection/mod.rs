@@ -10,6 +10,7 @@ pub mod timeline;
 use serde::{Deserialize, Deserializer, de};
 
 use crate::firmware::variables::Place;
+use crate::peripherals::rng::Defect;
 
 /// Progress of a flash operation at the moment of its fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
@@ -102,6 +103,42 @@ pub enum Fault {
         /// Duration, µs.
         duration_us: u64,
     },
+    /// The 48 MHz oscillator, which the generator of random numbers runs on, stops and never starts again.
+    Hsi48,
+    /// The generator of random numbers has a defect for a while.
+    Random {
+        /// What is wrong with it.
+        defect: Defect,
+        /// Duration, µs.
+        duration_us: u64,
+    },
+    /// The input of the reference voltage VREFINT is at another voltage for a while.
+    Reference {
+        /// The voltage as a share of the converters' supply: below 0 reads as code 0, from 1 on as code 4095.
+        share: f64,
+        /// Duration, µs.
+        duration_us: u64,
+    },
+    /// Bits of a word of RAM flip.
+    RamBits {
+        /// Address of the word.
+        #[serde(deserialize_with = "hexadecimal")]
+        address: u32,
+        /// The bits.
+        #[serde(deserialize_with = "hexadecimal")]
+        mask: u32,
+    },
+    /// Bits of a word of RAM flip that is known by its content.
+    RamWord {
+        /// What the word holds.
+        #[serde(deserialize_with = "hexadecimal")]
+        holds: u32,
+        /// How many words with this content are passed over; from the begin of RAM on.
+        skip: usize,
+        /// The bits.
+        #[serde(deserialize_with = "hexadecimal")]
+        mask: u32,
+    },
     /// The next characters on the line are disturbed.
     Line {
         /// Their direction.
@@ -135,6 +172,8 @@ pub enum Served {
     Receiver,
     /// The transmitter of the serial port.
     Transmitter,
+    /// The converter of supply and temperature.
+    Supply,
 }
 
 /// A mistake of DMA.

@@ -179,6 +179,9 @@ fn check(fault: &Fault) -> Result<(), String> {
         Fault::BitError { address, .. } if !(0x0800_0000..=0x0807_FFFF).contains(address) => Err(
             format!("address is {address:#010x}, but flash is 0x08000000 to 0x0807ffff"),
         ),
+        Fault::RamBits { address, .. } if !address.is_multiple_of(4) => Err(format!(
+            "address is {address:#010x}, but a word begins at a multiple of 4"
+        )),
         _ => Ok(()),
     }
 }
@@ -267,6 +270,10 @@ mod tests {
             (
                 "{\"at_s\":1,\"fault\":\"bit_error\",\"address\":\"0x20000000\",\"bits\":1}",
                 "0x20000000",
+            ),
+            (
+                "{\"at_s\":1,\"fault\":\"ram_bits\",\"address\":\"0x20000001\",\"mask\":\"0x1\"}",
+                "multiple of 4",
             ),
             (
                 "{\"at_s\":1,\"fault\":\"jump\",\"address\":\"1234\"}",

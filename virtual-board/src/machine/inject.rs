@@ -95,6 +95,31 @@ impl Machine {
             Fault::DmaSlip { adc, result } => self.bus_mut().slip_dma(adc, result),
             Fault::FlashStall { duration_us } => self.bus_mut().stall_flash(duration_us),
             Fault::TriggerStall { duration_us } => self.bus_mut().stall_triggers(duration_us),
+            Fault::Hsi48 => self.bus_mut().stop_hsi48(),
+            Fault::Random {
+                defect,
+                duration_us,
+            } => self.bus_mut().break_random(defect, duration_us),
+            Fault::Reference { share, duration_us } => {
+                self.bus_mut().disturb_reference(share, duration_us);
+            }
+            Fault::RamBits { address, mask } => {
+                if !self.bus_mut().flip_ram(address, mask) {
+                    self.note(&format!("no RAM at {address:#010x}"));
+                }
+            }
+            Fault::RamWord { holds, skip, mask } => {
+                let found = self.bus().find_in_ram(holds, skip);
+                match found {
+                    Some(address) => {
+                        self.note(&format!("{holds:#010x} is at {address:#010x}"));
+                        self.bus_mut().flip_ram(address, mask);
+                    }
+                    None => self.note(&format!(
+                        "{holds:#010x} is not in RAM {skip} times and once more"
+                    )),
+                }
+            }
             Fault::Line {
                 towards,
                 effect,

@@ -31,6 +31,11 @@ fn events() -> Events {
         flash_corrections: event(),
         torn_words: EventCount::NONE,
         slips: EventCount::NONE,
+        supply_refused: event(),
+        coefficients_restored: event(),
+        wrong_tags: event(),
+        changes_refused: event(),
+        requests_refused: event(),
     }
 }
 
@@ -97,6 +102,7 @@ fn reading() -> Reading {
             brown_out_level: 3,
             write_protected: [None, Some((64, 127)), None, None],
         },
+        supply_is_old: false,
     };
     Reading {
         status,
@@ -124,7 +130,7 @@ fn reading() -> Reading {
 #[test]
 fn every_line_has_its_figures_and_units() {
     // A block is 4 ms; 4800 cycles at 150 MHz are 32 µs, 0.8 % of it. 1012 scans since the first are 63 whole blocks of
-    // 16, and 437 are left. A frame of 8 scans has 57 bytes and 30 for the counts of each: 74.25 % of 1 Mbit/s.
+    // 16, and 437 are left. A frame of 8 scans has 58 bytes and 30 for the counts of each: 74.5 % of 1 Mbit/s.
     let expected = "\
 uptime         123.5 s
 scans          245000 at 2000 Hz in blocks of 8
@@ -141,6 +147,11 @@ event          256 received frames of a wrong kind, last 9.009 s after the start
 event          512 overruns of the receiver, last 10.010 s after the start
 event          1024 framing errors or noise on the line, last 11.011 s after the start
 event          2048 bits of flash corrected, last 12.012 s after the start
+event          4096 readings of supply and temperature refused, last 13.013 s after the start
+event          8192 times that the coefficients at work were damaged and read from flash again, last 14.014 s after the start
+event          16384 changes refused because they came without the board's key, last 15.015 s after the start
+event          32768 changes refused for another reason, last 16.016 s after the start
+event          65536 other requests refused, last 17.017 s after the start
 sample path    3000 cycles (20.0 µs) to 4800 cycles (32.0 µs), latest 4500 cycles (30.0 µs); at most 0.80 % of a block's 4.0 ms
 analyser 0     idle
 analyser 1     0.488281 Hz, settling, 300 of 300 blocks left
@@ -198,6 +209,27 @@ fn a_board_at_its_best_says_so() {
 }
 
 #[test]
+fn a_supply_that_is_old_or_not_known_is_no_figure_to_rely_on() {
+    let mut reading = reading();
+    reading.status.supply_is_old = true;
+    let text = reading.table();
+    assert!(
+        text.contains("readings of 16, OLD: no good reading for a second. Recordings are refused"),
+        "{text}"
+    );
+    reading.status.supply_readings = 0;
+    let text = reading.table();
+    assert!(
+        text.contains("\nsupply         not known yet, OLD: no good reading"),
+        "{text}"
+    );
+    assert!(text.contains("\ntemperature    not known yet\n"), "{text}");
+    let document = reading.to_json();
+    assert!(document["supply_v"].is_null() && document["temperature_c"].is_null());
+    assert_eq!(document["supply_is_old"], true);
+}
+
+#[test]
 fn the_document_has_every_figure_under_its_key() {
     let event = |count: u32, last_s: f64| json!({"count": count, "last_uptime_s": last_s});
     let expected = json!({
@@ -223,6 +255,11 @@ fn the_document_has_every_figure_under_its_key() {
             "flash_corrections": event(2_048, 12.012),
             "torn_words": {"count": 0, "last_uptime_s": null},
             "slips": {"count": 0, "last_uptime_s": null},
+            "supply_refused": event(4_096, 13.013),
+            "coefficients_restored": event(8_192, 14.014),
+            "wrong_tags": event(16_384, 15.015),
+            "changes_refused": event(32_768, 16.016),
+            "requests_refused": event(65_536, 17.017),
         },
         "first_with_set_ms": 321,
         "sample_path": {
@@ -235,17 +272,18 @@ fn the_document_has_every_figure_under_its_key() {
             {"state": "settling", "frequency_hz": 0.488_281_25, "blocks": 300, "blocks_left": 300},
             {"state": "summing", "frequency_hz": 0.244_140_625, "blocks": 500, "blocks_left": 437},
         ],
-        // Counts and values: frames of 16 scans, 1113 bytes, 125 times a second, and 20 frames of 57 bytes that end early;
+        // Counts and values: frames of 16 scans, 1114 bytes, 125 times a second, and 20 frames of 58 bytes that end early;
         // poses: 73 bytes, 100 times a second.
         "link": {
             "limit_bits_per_s": 1_000_000,
-            "load_percent": {"counts": 74.25, "counts and values": 140.265, "counts, values and pose": 147.565},
+            "load_percent": {"counts": 74.5, "counts and values": 140.41, "counts, values and pose": 147.71},
             "blocks_dropped": 8,
             "frames_damaged": 480,
         },
         "clock": "internal",
         "supply_v": 2.625,
         "supply_readings": 5,
+        "supply_is_old": false,
         "temperature_c": 45.5,
         "in_calibrated_range": false,
         "tilt_approximate_rad": [0.125, -0.25],

@@ -98,6 +98,8 @@ pub struct Rcc {
     drift: u32,
     /// The flag of the clock security system.
     cssf: u32,
+    /// The 48 MHz oscillator works.
+    hsi48: bool,
 }
 
 impl Rcc {
@@ -120,6 +122,7 @@ impl Rcc {
             crystal_returns: false,
             drift: 1,
             cssf: 0,
+            hsi48: true,
         }
     }
 
@@ -133,6 +136,7 @@ impl Rcc {
         *self = Self {
             crystal: works,
             drift: if works { 1 } else { self.drift },
+            hsi48: self.hsi48,
             ..Self::new(cause)
         };
         self.registers[CSR] |= earlier;
@@ -176,6 +180,12 @@ impl Rcc {
     /// Whether the system clock is the crystal's own: such a core stands still when it stops.
     pub fn runs_on_crystal_itself(&self) -> bool {
         field(self.registers[CFGR], 2, 2) == 2
+    }
+
+    /// The 48 MHz oscillator stops and never starts again.
+    pub fn stop_hsi48(&mut self) {
+        self.hsi48 = false;
+        self.ready_at[HSI48] = NEVER;
     }
 
     /// Sets the frequency of the core, for the start-up times of oscillators.
@@ -256,7 +266,7 @@ impl Rcc {
                 [None, Some(HSI), Some(HSE), Some(PLL)][field(self.registers[CFGR], 2, 2) as usize];
             if in_use == Some(oscillator) && bit(old, on) {
                 self.registers[index] |= 1 << on; // the clock in use cannot be switched off
-            } else if oscillator == HSE && !self.crystal {
+            } else if oscillator == HSE && !self.crystal || oscillator == HSI48 && !self.hsi48 {
                 // It does not start.
             } else if bit(self.registers[index] & !old, on) {
                 self.ready_at[oscillator] = now + (start_s * self.core_hz) as Cycles;
