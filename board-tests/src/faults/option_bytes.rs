@@ -25,14 +25,14 @@ use crate::trial_set::Random;
 const STATES: [&str; 3] = ["erased", "sets", "interrupted"];
 /// Readout protection: byte and level.
 const READOUT: [(u32, u8); 3] = [(0xAA, 0), (0xBB, 1), (0xCC, 2)];
-/// Areas that are protected, and whether one of them lies in bank 2.
-const AREAS: [([Option<(u8, u8)>; 4], bool); 6] = [
-    ([None; 4], false),
-    ([Some((0, 61)), None, None, None], false),
-    ([None, Some((64, 127)), None, None], false),
-    ([None, None, Some((0, 9)), None], true),
-    ([None, None, None, Some((127, 127))], true),
-    ([Some((3, 3)), None, Some((8, 9)), Some((10, 127))], true),
+/// Areas that are protected: WRP1A, WRP1B, WRP2A, WRP2B.
+const AREAS: [[Option<(u8, u8)>; 4]; 6] = [
+    [None; 4],
+    [Some((0, 61)), None, None, None],
+    [None, Some((64, 127)), None, None],
+    [None, None, Some((0, 9)), None],
+    [None, None, None, Some((127, 127))],
+    [Some((3, 3)), None, Some((8, 9)), Some((10, 127))],
 ];
 const REGISTERS: [&str; 4] = ["WRP1AR", "WRP1BR", "WRP2AR", "WRP2BR"];
 /// OPTR as the chip leaves its factory, without DBANK, readout protection and brown-out level.
@@ -46,9 +46,9 @@ pub fn combine(seed: u64, every: usize) -> anyhow::Result<Outcome> {
     let modes = [false, true].into_iter().flat_map(|dual_bank| {
         AREAS
             .iter()
-            .flat_map(move |area| STATES.map(|state| (dual_bank, area, state)))
+            .flat_map(move |areas| STATES.map(|state| (dual_bank, areas, state)))
     });
-    for (number, (dual_bank, (areas, in_bank_2), state)) in modes.enumerate().step_by(every) {
+    for (number, (dual_bank, areas, state)) in modes.enumerate().step_by(every) {
         let (byte, level) = READOUT[number % READOUT.len()];
         let brown_out = number % 5;
         let options = OptionBytes {
@@ -72,7 +72,7 @@ pub fn combine(seed: u64, every: usize) -> anyhow::Result<Outcome> {
             registers: &registers,
             options,
         };
-        let done = if dual_bank && !in_bank_2 {
+        let done = if dual_bank && areas[2..] == [None; 2] {
             trial.allowed(&mut outcome)
         } else {
             trial.forbidden(&mut outcome)
