@@ -63,7 +63,7 @@ pub fn break_down(seed: u64, times: u64) -> anyhow::Result<Outcome> {
 
 /// A board whose generator never works.
 fn without(bench: &Bench, fault: &Value) -> anyhow::Result<()> {
-    let mut board = bench.on(&[fault.clone()])?;
+    let mut board = bench.on(std::slice::from_ref(fault))?;
     let line = &mut board.line;
     let before = line.status()?;
     let started = before.first_with_set_ms.is_some_and(|ms| ms <= STARTED_MS);
@@ -83,7 +83,7 @@ fn without(bench: &Bench, fault: &Value) -> anyhow::Result<()> {
 
 /// A board whose generator fails while it gets its key and its first set.
 fn meanwhile(bench: &Bench, fault: &Value, random: &mut Random) -> anyhow::Result<()> {
-    let mut board: Board = bench.on(&[fault.clone()])?;
+    let mut board: Board = bench.on(std::slice::from_ref(fault))?;
     let line = &mut board.line;
     let mut key_holder = KeyHolder::of(line)?;
     let set = random.set(key_holder.board);

@@ -96,7 +96,7 @@ pub fn disturb(seed: u64, every: usize) -> anyhow::Result<Outcome> {
 }
 
 fn trial(bench: &Bench, case: &Case) -> anyhow::Result<()> {
-    let mut board = bench.on(&[case.fault.clone()])?;
+    let mut board = bench.on(std::slice::from_ref(&case.fault))?;
     board.line.stream(true, false)?;
     let end_s = case.begins_s + case.lasts_s.min(2.5) + 0.5;
     board.line.run_until(Duration::from_secs_f64(end_s))?;

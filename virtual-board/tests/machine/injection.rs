@@ -224,3 +224,20 @@ fn a_watched_crystal_that_stops_raises_the_non_maskable_interrupt() {
     assert!(chip.run(0.002).is_err(), "the handler spins for ever");
     assert_eq!(chip.result(1), 1 << 8, "CSSF");
 }
+
+#[test]
+fn bits_of_a_word_of_ram_flip_by_its_address_and_by_its_content() {
+    let main = Code::new().store(KEPT, MARK).store(KEPT + 4, MARK).spin();
+    let flips = [
+        r#"{"at_s":0.001,"fault":"ram_bits","address":"0x20000300","mask":"0x00000005"}"#,
+        r#"{"at_s":0.002,"fault":"ram_word","holds":"0x5eed0006","skip":0,"mask":"0x80000000"}"#,
+        r#"{"at_s":0.003,"fault":"ram_word","holds":"0x5eed0003","skip":1,"mask":"0xffffffff"}"#,
+    ];
+    let mut chip = with_faults(main, &[], &flips);
+    let _ = chip.machine.run(0.004);
+    // Results begin at 0x20000100. Of the words with the mark none was left to pass over.
+    assert_eq!(
+        (chip.result(128), chip.result(129)),
+        (MARK ^ 0x8000_0005, MARK)
+    );
+}

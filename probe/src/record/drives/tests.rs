@@ -177,17 +177,17 @@ fn a_disturbance_may_be_two_reciprocals_of_the_estimate_from_a_harmonic_and_no_n
 
 #[test]
 fn a_stream_may_take_all_of_the_line_that_is_for_telemetry_and_no_more() {
-    // Counts of 15 channels at 4 kHz in frames of 16 scans: 250 frames a second of 41 + 16·30 + 16 characters of ten
-    // bits are 1,342,500 bit/s, four fifths of 1,678,125.
+    // Counts of 15 channels at 4 kHz in frames of 16 scans: 250 frames a second of 42 + 16·30 + 16 characters of ten
+    // bits are 1,345,000 bit/s, four fifths of 1,681,250.
     let mut sensors = sensors("");
     let mut judged = |baud| {
         sensors.board.baud = baud;
         carried(&sensors.board, COUNTS, 4_000, BlockSize::Sixteen)
     };
-    assert_eq!(judged(1_678_125), Ok(()));
+    assert_eq!(judged(1_681_250), Ok(()));
     let refused = Refusal::LinkCapacity {
-        bits_per_s: 1_342_500,
-        limit: 1_342_496,
+        bits_per_s: 1_345_000,
+        limit: 1_344_996,
     };
-    assert_eq!(judged(1_678_120), Err(refused));
+    assert_eq!(judged(1_681_245), Err(refused));
 }
