@@ -25,7 +25,9 @@ pub(crate) use {say, tell};
 
 /// Standard output cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("standard output cannot be written: {0}; the command ended there, look at what it was to do")]
+#[error(
+    "standard output cannot be written: {0}; the command ended there, look at what it was to do"
+)]
 pub struct OutputError(io::Error);
 
 /// `text` as it is printed: without control characters, except line feeds and tabs.
@@ -126,8 +128,14 @@ mod tests {
         assert_eq!(one_line(told).to_string(), shown);
         let plain = "größe 5 µs ± 2\tm/s²\nsecond line 漢";
         assert!(matches!(escaped(plain), Cow::Borrowed(text) if text == plain));
-        assert_eq!(one_line("a\nkey  none\t").to_string(), r"a\u000akey  none\u0009");
-        assert_eq!(format!("{:>8}|{:<8}|", one_line("\u{1b}"), one_line("ab")), r"  \u001b|ab      |");
+        assert_eq!(
+            one_line("a\nkey  none\t").to_string(),
+            r"a\u000akey  none\u0009"
+        );
+        assert_eq!(
+            format!("{:>8}|{:<8}|", one_line("\u{1b}"), one_line("ab")),
+            r"  \u001b|ab      |"
+        );
     }
 
     #[test]
@@ -136,6 +144,9 @@ mod tests {
         let printed = document.to_string();
         let printed = escaped(&printed);
         assert!(!printed.chars().any(obeyed), "{printed}");
-        assert_eq!(serde_json::from_str::<serde_json::Value>(&printed).unwrap(), document);
+        assert_eq!(
+            serde_json::from_str::<serde_json::Value>(&printed).unwrap(),
+            document
+        );
     }
 }
