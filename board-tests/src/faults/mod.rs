@@ -10,6 +10,7 @@
 //! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `host` | boards that lie to the host tool, hostile files, outputs that are not there |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -17,6 +18,7 @@ mod authority;
 mod captures;
 mod counted;
 mod gaps;
+mod host;
 mod hostile;
 mod no_loss;
 mod outcome;
@@ -51,7 +53,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 8] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +61,7 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "host",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -179,6 +182,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
+        Trial::one(&["host"], move || host::attack(size.flood_s)),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

@@ -1,0 +1,374 @@
+//! Boards that lie, each behind a socket.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hexsense_core::facts::BoardFacts;
+use hexsense_core::wire::message::{ActiveSet, CHUNK, Kept};
+use hexsense_core::wire::telemetry::Header;
+use hexsense_core::wire::{PoseReport, Request, Response, Status, StreamContent};
+use hostile::liar::{
+    self, Ear, Heard, active, answer, answer_frame, block_frame, greeting_frame, header, identity,
+    pose_frame, pose_report, status, zeroed,
+};
+
+use super::command::{Ended, Hexsense};
+
+const CONTENT: StreamContent = StreamContent {
+    counts: true,
+    values: true,
+    pose: false,
+};
+/// Pause between two waves of a stream.
+const PAUSE: Duration = Duration::from_millis(1);
+/// What a terminal obeys: it is cleared, and gets another title and a line of its own.
+const OBEYED: &str = "\u{1b}[2J\u{1b}]0;x\u{7}\n\u{9b}A\u{7f}";
+/// The same as it must be printed.
+const SHOWN: &str = r"\u001b[2J\u001b]0;x\u0007\u000a\u009bA\u007f";
+
+type Answer = Box<dyn Fn(&Request) -> Option<Response> + Send>;
+/// What is sent at the pace of a stream, by the number of the wave.
+type Stream = Box<dyn Fn(u64) -> Vec<u8> + Send>;
+
+/// A board that lies.
+pub struct Lie {
+    /// The command that it is told to.
+    pub arguments: Vec<&'static str>,
+    /// What the command must say.
+    pub told: &'static str,
+    answer: Answer,
+    stream: Stream,
+    /// Whether it sends its stream unasked.
+    unasked: bool,
+}
+
+/// A board without a lie.
+pub fn good_board() -> Lie {
+    Lie {
+        arguments: Vec::new(),
+        told: "",
+        answer: Box::new(|_| None),
+        stream: Box::new(good_wave),
+        unasked: false,
+    }
+}
+
+/// One scan in each millisecond.
+fn good_wave(number: u64) -> Vec<u8> {
+    let mut report = pose_report();
+    report.first_scan = number;
+    let pose = pose_frame(&report, 0);
+    [block_frame(&header(number, CONTENT), 1.5, 0), pose].concat()
+}
+
+fn says(
+    arguments: &[&'static str],
+    told: &'static str,
+    answer: impl Fn(&Request) -> Option<Response> + Send + 'static,
+) -> Lie {
+    Lie {
+        arguments: arguments.to_vec(),
+        told,
+        answer: Box::new(answer),
+        ..good_board()
+    }
+}
+
+fn state(told: &'static str, lie: fn(&mut Status)) -> Lie {
+    says(&["status"], told, move |request| {
+        let mut status = status();
+        lie(&mut status);
+        matches!(request, Request::Status).then_some(Response::Status(status))
+    })
+}
+
+fn facts(told: &'static str, lie: fn(&mut BoardFacts)) -> Lie {
+    says(&["status", "--json"], told, move |request| {
+        let mut identity = identity();
+        lie(&mut identity.facts);
+        matches!(request, Request::Identity).then_some(Response::Identity(identity))
+    })
+}
+
+fn set(told: &'static str, lie: fn(&Request) -> Option<Response>) -> Lie {
+    says(&["show"], told, lie)
+}
+
+fn pose(told: &'static str, lie: fn(&mut PoseReport)) -> Lie {
+    Lie {
+        stream: Box::new(move |_| {
+            let mut report = pose_report();
+            lie(&mut report);
+            pose_frame(&report, 0)
+        }),
+        ..says(&["show", "--json"], told, |_| None)
+    }
+}
+
+fn stream(
+    seconds: &'static str,
+    told: &'static str,
+    wave: impl Fn(u64) -> Vec<u8> + Send + 'static,
+) -> Lie {
+    let capture = [
+        "capture",
+        "--values",
+        "--out",
+        "scans.csv",
+        "--board-wait",
+        "0",
+    ];
+    Lie {
+        stream: Box::new(wave),
+        ..says(
+            &[&capture[..], &["--seconds", seconds]].concat(),
+            told,
+            |_| None,
+        )
+    }
+}
+
+/// A stream whose headers lie.
+fn blocks(told: &'static str, lie: fn(&mut Header)) -> Lie {
+    stream("1", told, move |number| {
+        let mut header = header(number, CONTENT);
+        lie(&mut header);
+        block_frame(&header, 1.5, 0)
+    })
+}
+
+/// All of them.
+pub fn all(flood_s: u64) -> Vec<Lie> {
+    let mut lies = vec![
+        says(&["info"], SHOWN, |request| {
+            let mut identity = identity();
+            identity.hardware = OBEYED.try_into().unwrap_or_default();
+            matches!(request, Request::Identity).then_some(Response::Identity(identity))
+        }),
+        state(SHOWN, |status| status.panic = OBEYED.try_into().ok()),
+        says(&["status", "--json"], r"\u009bA\u007f", |request| {
+            let mut status = status();
+            status.panic = OBEYED.try_into().ok();
+            matches!(request, Request::Status).then_some(Response::Status(status))
+        }),
+        state("the scan rate in Hz is 4294967295", |status| {
+            status.rate_hz = u32::MAX
+        }),
+        state("the scan rate in Hz is 0", |status| status.rate_hz = 0),
+        state("the number of scans is 18446744073709551615", |status| {
+            (status.scans, status.scans_lost) = (u64::MAX, u64::MAX);
+        }),
+        state("the uptime in ms is", |status| status.uptime_ms = u64::MAX),
+        state("NaN", |status| {
+            (status.supply, status.temperature_c) = (f32::NAN, f32::NAN)
+        }),
+        facts("the scan rate in Hz is 0", |facts| facts.rates_hz[1] = 0),
+        facts("the nominal supply in V is NaN", |facts| {
+            facts.nominal_supply_v = f32::NAN
+        }),
+        facts("the line's speed in bit/s is 0", |facts| facts.baud = 0),
+        facts("the number of flash pages is", |facts| {
+            facts.flash.pages = u32::MAX
+        }),
+        says(
+            &["history"],
+            "the number of sets is 9",
+            |request| match request {
+                Request::History { .. } => Some(Response::Kept(Some(zeroed::<Kept>()))),
+                _ => None,
+            },
+        ),
+        says(&["log"], "the number of entries is 16385", |request| {
+            endless(request, 1)
+        }),
+        says(
+            &["log", "--json"],
+            "the number of an entry is 1",
+            |request| endless(request, 0),
+        ),
+        set("the length in bytes is 65535", |request| {
+            let told = ActiveSet {
+                length: u16::MAX,
+                ..active()
+            };
+            matches!(request, Request::ActiveSet).then_some(Response::ActiveSet(Some(told)))
+        }),
+        set(
+            "answer to bytes of the set cannot be understood",
+            |request| {
+                let Request::ReadSet { offset } = *request else {
+                    return None;
+                };
+                let bytes = [7; CHUNK].into_iter().collect();
+                Some(Response::SetBytes { offset, bytes })
+            },
+        ),
+        set("the checksum is", |request| {
+            let Response::SetBytes { offset, mut bytes } = answer(request) else {
+                return None;
+            };
+            bytes.iter_mut().for_each(|byte| *byte ^= 1);
+            Some(Response::SetBytes { offset, bytes })
+        }),
+        set("cannot be understood", |request| {
+            matches!(request, Request::ReadSet { .. }).then_some(Response::Done)
+        }),
+        pose("a coordinate in m is NaN", |report| {
+            report.outcome.as_mut().unwrap().position_m[2] = f32::NAN;
+        }),
+        pose("the length of the quaternion is 0", |report| {
+            report.outcome.as_mut().unwrap().rotation = [0.0; 4];
+        }),
+        pose("the first scan is", |report| report.first_scan = u64::MAX),
+        says(&["harmonics"], "not finite", not_numbers),
+        says(&["harmonics", "--json"], "null", not_numbers),
+        blocks("the first scan is 18446744073709551", |header| {
+            header.first_scan = u64::MAX - 9
+        }),
+        blocks("the scan rate in Hz is 4294967295", |header| {
+            header.rate_hz = u32::MAX
+        }),
+        blocks("the supply factor of scan", |header| {
+            header.supply = f32::NAN
+        }),
+        blocks("the temperature of scan", |header| {
+            header.temperature_c = f32::INFINITY
+        }),
+        blocks("has restarted during the run", |header| {
+            header.first_scan = 9 - header.first_scan % 9
+        }),
+        stream("1", "ax of scan", |number| {
+            block_frame(&header(number, CONTENT), f32::NEG_INFINITY, 0)
+        }),
+        stream("600", "gaps are in the recording", |number| {
+            let scans = (0..64).map(|scan| header(number * 128 + 2 * scan, CONTENT));
+            scans
+                .flat_map(|header| block_frame(&header, 1.5, 0))
+                .collect()
+        }),
+        stream("60", "blocks in a row do not hold", |number| {
+            let nothing = StreamContent::default();
+            let scans = (0..64).map(|scan| header(number * 64 + scan, nothing));
+            scans
+                .flat_map(|header| block_frame(&header, 1.5, 0))
+                .collect()
+        }),
+        stream("1", "no samples have come", |_| vec![0x55; 1_000]),
+        stream("1", "no samples have come", |_| Vec::new()),
+    ];
+    // More than half a minute at best, so that it is a part of the whole form only.
+    if flood_s > 10 {
+        lies.push(stream("60", "were due in each", |number| {
+            match number % 200 {
+                0 => block_frame(&header(number / 200, CONTENT), 1.5, 0),
+                _ => Vec::new(),
+            }
+        }));
+    }
+    let seconds: &'static str = if flood_s > 10 { "15" } else { "2" };
+    let mut flood = stream(seconds, "", |number| {
+        let unasked = answer_frame(&Response::Status(status()), number as u16);
+        [unasked.repeat(60), good_wave(number)].concat()
+    });
+    flood.unasked = true;
+    lies.push(flood);
+    lies
+}
+
+/// A log that goes on for ever, in which the numbers rise by `step`.
+fn endless(request: &Request, step: u32) -> Option<Response> {
+    let Request::Log { counter } = *request else {
+        return None;
+    };
+    let entry = |number| {
+        let mut entry: hexsense_core::records::Entry = zeroed();
+        entry.counter = counter.max(1) + step * number;
+        entry
+    };
+    Some(Response::Log {
+        last: u32::MAX,
+        entries: (0..8).map(entry).collect(),
+    })
+}
+
+/// Harmonics and a motion that are no numbers.
+fn not_numbers(request: &Request) -> Option<Response> {
+    let mut response = answer(request);
+    match &mut response {
+        Response::Harmonics { harmonics, .. } => {
+            harmonics.amplitude = [f64::NAN; 5];
+            (harmonics.offset, harmonics.drift) = (f64::INFINITY, f64::MAX);
+        }
+        Response::Motion {
+            motion: Ok(motion), ..
+        } => motion.amplitude = [f32::NAN; 6],
+        _ => return None,
+    }
+    Some(response)
+}
+
+/// Runs the lie's command against its board.
+pub fn answer_with(mut lie: Lie, folder: &Path) -> anyhow::Result<Ended> {
+    let arguments = std::mem::take(&mut lie.arguments);
+    with_board(lie, folder, &arguments, |_| {})
+}
+
+/// Runs a command, changed by `change`, against a board.
+pub fn with_board(
+    board: Lie,
+    folder: &Path,
+    arguments: &[&str],
+    change: impl FnOnce(&mut Hexsense),
+) -> anyhow::Result<Ended> {
+    let listener = TcpListener::bind("127.0.0.1:0")?;
+    let port = format!("tcp:{}", listener.local_addr()?);
+    thread::spawn(move || {
+        if let Ok((line, _)) = listener.accept() {
+            // A host that goes away ends the board.
+            let _ = serve(line, &board);
+        }
+    });
+    let mut command = Hexsense::new(folder, &[arguments, &["--port", &port]].concat());
+    change(&mut command);
+    command.run()
+}
+
+fn serve(mut line: TcpStream, board: &Lie) -> std::io::Result<()> {
+    line.set_nodelay(true)?;
+    line.set_read_timeout(Some(PAUSE))?;
+    let (mut ear, mut streams, mut waves) = (Ear::default(), board.unasked, 0);
+    let mut due = Instant::now();
+    loop {
+        let mut bytes = [0; 4_096];
+        let count = match line.read(&mut bytes) {
+            Ok(0) => return Ok(()),
+            Ok(count) => count,
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => 0,
+            Err(error) => return Err(error),
+        };
+        for heard in ear.hear(&bytes[..count]) {
+            match heard {
+                Heard::Hello => line.write_all(&greeting_frame())?,
+                Heard::Request(sequence, request) => {
+                    if let Request::Stream(content) = request {
+                        streams = board.unasked || content != StreamContent::default();
+                    }
+                    let said = (board.answer)(&request);
+                    let said = said.unwrap_or_else(|| liar::answer(&request));
+                    line.write_all(&answer_frame(&said, sequence))?;
+                }
+            }
+        }
+        while streams && due <= Instant::now() {
+            due += PAUSE;
+            line.write_all(&(board.stream)(waves))?;
+            waves += 1;
+        }
+        if !streams {
+            due = Instant::now();
+        }
+    }
+}
