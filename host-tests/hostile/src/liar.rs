@@ -2,8 +2,10 @@
 //!
 //! Messages begin as what zeros decode to, so that a new field of a message is one of theirs without a word here.
 
+use std::sync::LazyLock;
+
 use hexsense_core::channel::{INERTIAL, JACKS};
-use hexsense_core::records::CoefficientSet;
+use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::change::Act;
 use hexsense_core::wire::frame::{self, Closed, Deframer};
 use hexsense_core::wire::hello::Greeting;
@@ -86,13 +88,16 @@ pub fn status() -> Status {
 /// Its active set.
 #[must_use]
 pub fn active() -> ActiveSet {
-    let bytes = encoded(&numbered(1));
     ActiveSet {
-        id: CoefficientSet::id_of(&bytes),
-        length: bytes.len() as u16,
+        id: *ID,
+        length: SET.len() as u16,
         ..zeroed()
     }
 }
+
+/// The bytes of its set, and their identity.
+static SET: LazyLock<Vec<u8>> = LazyLock::new(|| encoded(&numbered(1)));
+static ID: LazyLock<SetId> = LazyLock::new(|| CoefficientSet::id_of(&SET));
 
 /// A pose at home.
 #[must_use]
@@ -100,7 +105,7 @@ pub fn pose_report() -> PoseReport {
     let mut pose: BoardPose = zeroed();
     (pose.position_m, pose.rotation) = ([0.0, 2.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
     PoseReport {
-        set: active().id,
+        set: *ID,
         outcome: Ok(pose),
         ..zeroed()
     }
@@ -120,15 +125,14 @@ pub fn answer(request: &Request) -> Response {
         },
         Request::ActiveSet => Response::ActiveSet(Some(active())),
         Request::ReadSet { offset } => {
-            let bytes = encoded(&numbered(1));
-            let rest = bytes.get(usize::from(*offset)..).unwrap_or_default();
+            let rest = SET.get(usize::from(*offset)..).unwrap_or_default();
             Response::SetBytes {
                 offset: *offset,
                 bytes: rest.iter().take(CHUNK).copied().collect(),
             }
         }
         Request::History { age } => Response::Kept((*age == 0).then(|| Kept {
-            id: active().id,
+            id: *ID,
             ..zeroed()
         })),
         Request::Log { counter } => {
@@ -185,7 +189,7 @@ pub fn header(first_scan: u64, content: StreamContent) -> Header {
         rate_hz: RATE_HZ,
         supply: 1.0,
         temperature_c: 25.0,
-        set: Some(active().id),
+        set: Some(*ID),
         content,
         ..zeroed()
     }

@@ -7,9 +7,9 @@ use std::path::Path;
 
 use geometries::PRESETS;
 
-use super::boards::{good_board, with_board};
 use super::command::{Ended, Hexsense, Output};
 use super::hexsense;
+use super::server::{good_board, with_board};
 
 /// A hostile file.
 pub struct Hostile {
@@ -115,7 +115,7 @@ pub fn all() -> Vec<Hostile> {
             with_board(
                 good_board(),
                 folder,
-                &["upload", "--key", "/dev/zero", "set.toml"],
+                &["rollback", "--key", "/dev/zero", "07"],
                 |_| {},
             )
         }),

@@ -1,13 +1,14 @@
 //! The host withstands boards that lie and files that are hostile: each command ends in bounded time and memory, with what
 //! was asked for or with an error that says what is wrong, without a panic, and it prints nothing that a terminal obeys.
 //!
-//! - [`boards`]: what boards say, over a socket.
+//! - [`boards`]: what boards say; [`server`] puts each behind a socket.
 //! - [`files`]: what lies in files, and what becomes of the output.
 //! - [`command`]: a command of `hexsense` with its time and memory.
 
 mod boards;
 mod command;
 mod files;
+mod server;
 
 use std::path::Path;
 use std::time::Duration;
@@ -33,7 +34,7 @@ pub fn attack(flood_s: u64) -> anyhow::Result<Outcome> {
     for (number, lie) in boards.into_iter().enumerate() {
         let folder = folders::emptied(&format!("faults/host/board-{number}"))?;
         let (arguments, told) = (lie.arguments.clone(), lie.told);
-        let ended = boards::answer_with(lie, &folder)?;
+        let ended = server::answer_with(lie, &folder)?;
         account.judge(&arguments.join(" "), told, &ended);
     }
     for (number, file) in files.into_iter().enumerate() {
