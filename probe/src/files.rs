@@ -1,15 +1,25 @@
 //! Reading and replacing the files that people touch, with errors that say where something is wrong.
 //!
 //! A file is never left half written: its text goes to a file beside it, which then takes its name. Both reach the disk
-//! before the next thing is done, so that this holds when the power goes, too.
+//! before the next thing is done, so that this holds when the power goes, too. That file is always a new one: a link of
+//! its name is taken away and not followed.
+//!
+//! A file that is read whole has a [`Limit`], so that no file, and no device in its place, takes all memory.
 
 use std::fmt::Display;
-use std::fs;
-use std::io::{self, Write};
+mod limit;
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+
+pub use limit::{CAPTURE, KEY, Limit, NOTES, SETTINGS, read};
+
+/// Most letters that are told of what is wrong with a file.
+const MAX_TOLD: usize = 1_000;
 
 /// Why a file cannot be used. Every message starts with the file's name.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +31,18 @@ pub enum FileError {
         file: String,
         /// The system's reason.
         reason: io::Error,
+    },
+    /// Larger than such a file can be.
+    #[error(
+        "{file}: is larger than {} bytes, and {} is smaller; see that the right file is named",
+        limit.bytes,
+        limit.kind
+    )]
+    Large {
+        /// The file.
+        file: String,
+        /// How large it may be.
+        limit: Limit,
     },
     /// The system does not let it be written.
     #[error("{file}: cannot be written: {reason}; what was there before is unchanged")]
@@ -92,15 +114,16 @@ impl FileError {
     }
 }
 
-/// The text of a file.
+/// Creates a file, in place of whatever has its name. What a link leads to stays as it is.
 ///
 /// # Errors
-/// [`FileError::Read`].
-pub fn read(path: &Path) -> Result<String, FileError> {
-    fs::read_to_string(path).map_err(|reason| FileError::Read {
-        file: path.display().to_string(),
-        reason,
-    })
+/// The system's.
+pub fn create(path: &Path) -> io::Result<File> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    File::create_new(path)
 }
 
 /// Reads `text`, which came from `file`, as TOML.
@@ -108,9 +131,19 @@ pub fn read(path: &Path) -> Result<String, FileError> {
 /// # Errors
 /// [`FileError::Syntax`].
 pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, FileError> {
-    toml::from_str(text).map_err(|error| FileError::Syntax {
-        file: file.to_owned(),
-        problem: error.to_string().trim_end().to_owned(),
+    toml::from_str(text).map_err(|error| {
+        // It quotes the line, which may be the whole file.
+        let problem = error.to_string();
+        let told: String = problem.trim_end().chars().take(MAX_TOLD).collect();
+        let cut = if told.len() < problem.trim_end().len() {
+            " …"
+        } else {
+            ""
+        };
+        FileError::Syntax {
+            file: file.to_owned(),
+            problem: told + cut,
+        }
     })
 }
 
@@ -132,7 +165,7 @@ pub fn replace(path: &Path, text: &str) -> Result<(), FileError> {
 /// [`FileError::Write`].
 pub fn write_part(path: &Path, text: &str) -> Result<(), FileError> {
     let part = part_of(path);
-    let mut file = fs::File::create(&part).map_err(|reason| write_error(path, reason))?;
+    let mut file = create(&part).map_err(|reason| write_error(path, reason))?;
     let written = file.write_all(text.as_bytes());
     written.and_then(|()| file.sync_all()).map_err(|reason| {
         // Half a file is of no use, and on a full disk it takes room. The error at hand says what is wrong.
@@ -148,7 +181,7 @@ pub fn sync_folder_of(path: &Path) {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    let _ = fs::File::open(folder).and_then(|folder| folder.sync_all());
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
 fn write_error(path: &Path, reason: io::Error) -> FileError {
@@ -215,7 +248,20 @@ mod tests {
         fs::create_dir(part_of(&path)).unwrap();
         let error = replace(&path, "new").unwrap_err().to_string();
         assert!(error.contains("plan.toml: cannot be written"), "{error}");
-        assert_eq!(read(&path).unwrap(), "old");
+        assert_eq!(read(&path, SETTINGS).unwrap(), "old");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_the_place_of_a_part_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["plan.toml", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "mine").unwrap();
+        std::os::unix::fs::symlink(&other, part_of(&path)).unwrap();
+        replace(&path, "new").unwrap();
+        assert_eq!(read(&path, SETTINGS).unwrap(), "new");
+        assert_eq!(read(&other, SETTINGS).unwrap(), "mine");
+        assert!(path.symlink_metadata().unwrap().is_file());
     }
 
     #[test]

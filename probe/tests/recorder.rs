@@ -193,9 +193,9 @@ fn blocks_whose_counts_have_no_known_scale_and_numbers_that_are_none_are_in_no_r
     };
     for (fault, named) in [
         (Fault::OldSupply, None),
-        (Fault::NoSupplyFactor, Some("a supply factor")),
-        (Fault::NoTemperature, Some("a temperature")),
-        (Fault::NoValues, Some("a value")),
+        (Fault::NoSupplyFactor, Some("the supply factor")),
+        (Fault::NoTemperature, Some("the temperature")),
+        (Fault::NoValues, Some("ax")),
     ] {
         let mut board = FakeBoard::new(Box::new(Still));
         store(&mut board, 1);
@@ -217,7 +217,7 @@ fn blocks_whose_counts_have_no_known_scale_and_numbers_that_are_none_are_in_no_r
         };
         let found = match &error {
             RecordError::OldSupply { scan } => (*scan >= next).then_some(None),
-            RecordError::NotFinite { scan, what } => (*scan >= next).then_some(Some(*what)),
+            RecordError::NotFinite { scan, what, .. } => (*scan >= next).then_some(Some(*what)),
             _ => None,
         };
         assert_eq!(found, Some(named), "{error}");

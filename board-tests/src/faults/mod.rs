@@ -15,6 +15,7 @@
 //! | `clock` | failures of the crystal, at many moments, with a PLL that drifts to any fraction |
 //! | `supply` | wrong readings of the reference, one, some, and for ever |
 //! | `random` | a generator of random numbers that fails, for ever and while key and coefficients come |
+//! | `host` | boards that lie to the host tool, hostile files, outputs that are not there |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -24,6 +25,7 @@ mod clock;
 mod counted;
 mod flips;
 mod gaps;
+mod host;
 mod hostile;
 mod no_loss;
 mod option_bytes;
@@ -62,7 +64,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 12] = [
+const PROMISES: [&str; 13] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -75,6 +77,7 @@ const PROMISES: [&str; 12] = [
     "clock",
     "supply",
     "random",
+    "host",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -234,6 +237,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["random"], move || {
             random::break_down(seed, size.generators)
         }),
+        Trial::one(&["host"], move || host::attack(size.flood_s)),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

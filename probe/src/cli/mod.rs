@@ -1,8 +1,9 @@
 //! The commands of `hexsense`, one file each.
 //!
 //! Each file holds arguments, calls into the library, and what is printed; the work is done in the library's rooms. Results
-//! go to standard output, progress to standard error. A command that fails prints one message, which says what to do, and
-//! ends with a status that is not zero: 3 when a campaign fails its checks, 130 after a request to stop.
+//! go to standard output, progress to standard error, all of it through [`crate::terminal`]. A command that fails prints
+//! one message, which says what to do, and ends with a status that is not zero: 3 when a campaign fails its checks, 130
+//! after a request to stop.
 
 mod arguments;
 mod broken_off;
@@ -12,29 +13,29 @@ mod characterise;
 #[cfg(test)]
 mod documents;
 mod factory_reset;
-mod harmonics;
-mod history;
-mod info;
+pub mod harmonics;
+pub mod history;
+pub mod info;
 mod kinematics;
-mod log;
+pub mod log;
 mod new;
 mod plan;
 mod progress;
 mod provision;
 mod report;
 mod rollback;
-mod show;
-mod status;
+pub mod show;
+pub mod status;
 mod upload;
 mod verify;
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::evaluation::EvaluationError;
 use crate::interrupt;
+use crate::terminal::tell;
 
 /// Exit status when a campaign fails its checks.
 const UNFIT: u8 = 3;
@@ -102,8 +103,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // The terminal may be what went away.
-            let _ = writeln!(io::stderr(), "hexsense: {error}");
+            tell!("hexsense: {error}");
             if interrupt::is_behind(error.as_ref()) {
                 interrupt::STATUS.into()
             } else if let Some(EvaluationError::Unfit(_)) = error.downcast_ref() {
