@@ -9,7 +9,7 @@
 //! analysis and not on the link. A block larger than a frame travels in two. The common data of a frame's scans seldom
 //! change (the supply is read ten times a second); when they do, a frame ends early.
 //!
-//! Counts travel uncompressed, 16 bits each. At 4 kHz all fifteen channels then need 1.34 Mbit/s of a line of 2 Mbit/s,
+//! Counts travel uncompressed, 16 bits each. At 4 kHz all fifteen channels then need 1.35 Mbit/s of a line of 2 Mbit/s,
 //! header, checksum and COBS included. Telemetry may use 1.6; the rest is for answers. Packed differences would save
 //! perhaps a third at rest and nothing while the base shakes, where the frames must fit too. A frame of constant length
 //! takes constant time to make and to send, and an accepted stream never fails because of its content. Samples are not
@@ -22,7 +22,7 @@ use super::message::StreamContent;
 use super::pose;
 use crate::channel::{CHANNELS, INERTIAL, JACKS, Scan};
 use crate::records::SetId;
-use crate::sampling::{BlockSize, Values};
+use crate::sampling::{BlockSize, Values, supply};
 
 /// Most scans of a frame.
 pub const MAX_SCANS: usize = 16;
@@ -80,7 +80,7 @@ pub struct Block {
 }
 
 /// Readings of the supply in a second at most: so often a frame may end early.
-pub const SUPPLY_HZ: u32 = 10;
+pub const SUPPLY_HZ: u32 = supply::READINGS_HZ;
 /// Sizes of frames, scans. Each is a multiple of every smaller block.
 const FRAMES: [usize; 4] = [1, 4, 8, MAX_SCANS];
 

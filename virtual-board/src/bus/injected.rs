@@ -3,10 +3,9 @@
 
 use super::map::Unit;
 use super::{Bus, fill};
-use crate::injection::{Served, Slip};
+use crate::injection::{Defect, Served, Slip};
 use crate::memory::{RAM_BASE, RAM_SIZE};
 use crate::peripherals::nvic::NMI;
-use crate::peripherals::rng::Defect;
 use crate::peripherals::{Cycles, dmamux::request};
 
 /// Index of the converter that measures supply and temperature.

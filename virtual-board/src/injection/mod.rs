@@ -10,7 +10,6 @@ pub mod timeline;
 use serde::{Deserialize, Deserializer, de};
 
 use crate::firmware::variables::Place;
-use crate::peripherals::rng::Defect;
 
 /// Progress of a flash operation at the moment of its fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
@@ -160,6 +159,22 @@ pub enum Fault {
         #[serde(skip)]
         place: Option<Place>,
     },
+}
+
+/// What is wrong with the generator of random numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Defect {
+    /// It makes no words.
+    NotReady,
+    /// It makes zeros only.
+    Zeros,
+    /// It makes the same word again and again.
+    SameWord,
+    /// Its noise fails the test.
+    Seed,
+    /// Its clock is too slow.
+    Clock,
 }
 
 /// The parts that DMA serves.

@@ -7,9 +7,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
 
-use serde::Deserialize;
-
 use super::{Cycles, NO_SUCH_REGISTER, Read, Write, bit};
+use crate::injection::Defect;
 
 // CR
 const RNGEN: u32 = 2;
@@ -23,22 +22,6 @@ const FIRST_BLOCK_CLOCKS: u64 = 412;
 const BLOCK_CLOCKS: u64 = 48;
 const CLOCK_HZ: u64 = 48_000_000;
 const WORDS_PER_BLOCK: u32 = 4;
-
-/// What is wrong with the generator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Defect {
-    /// It makes no words.
-    NotReady,
-    /// It makes zeros only.
-    Zeros,
-    /// It makes the same word again and again.
-    SameWord,
-    /// Its noise fails the test.
-    Seed,
-    /// Its clock is too slow.
-    Clock,
-}
 
 /// The generator.
 #[derive(Debug)]

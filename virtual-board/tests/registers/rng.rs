@@ -1,6 +1,7 @@
 //! RM0440 chapter 26. Core clock 150 MHz, generator clock 48 MHz.
 
-use virtual_board::peripherals::rng::{Defect, Rng};
+use virtual_board::injection::Defect;
+use virtual_board::peripherals::rng::Rng;
 
 const CR: u32 = 0x00;
 const SR: u32 = 0x04;
