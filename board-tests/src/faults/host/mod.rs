@@ -39,8 +39,10 @@ pub fn attack(flood_s: u64) -> anyhow::Result<Outcome> {
     }
     for (number, file) in files.into_iter().enumerate() {
         let folder = folders::emptied(&format!("faults/host/file-{number}"))?;
-        let ended = (file.carry_out)(&folder)?;
-        account.judge(file.name, file.told, &ended);
+        match (file.carry_out)(&folder) {
+            Ok(ended) => account.judge(file.name, file.told, &ended),
+            Err(error) => account.outcome.settle(Err(error.context(file.name))),
+        }
     }
     let Account {
         mut outcome,
