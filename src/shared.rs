@@ -75,6 +75,8 @@ pub struct Shared {
     pub active: Watch<Guard, Option<Active>, 2>,
     /// Whether the board has a key: storage to link.
     pub provisioned: AtomicBool,
+    /// Whether it had one and cannot read it any more: storage to link.
+    pub key_damaged: AtomicBool,
     /// Base of the active set, once there was one: storage to pose and harmonics.
     pub base: Watch<Guard, Option<Base>, 2>,
     /// Jacks of the latest block that the link has sent: to pose.
@@ -100,6 +102,7 @@ impl Shared {
             supply: Watch::new(),
             active: Watch::new(),
             provisioned: AtomicBool::new(false),
+            key_damaged: AtomicBool::new(false),
             base: Watch::new(),
             jacks: Signal::new(),
             pose: Signal::new(),

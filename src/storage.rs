@@ -72,9 +72,12 @@ fn publish(
     published: &mut Option<SetId>,
     shared: &Shared,
 ) {
-    shared
-        .provisioned
-        .store(storage.is_provisioned(), Ordering::Relaxed);
+    for (flag, state) in [
+        (&shared.provisioned, storage.is_provisioned()),
+        (&shared.key_damaged, storage.is_key_damaged()),
+    ] {
+        flag.store(state, Ordering::Relaxed);
+    }
     let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {

@@ -70,6 +70,7 @@ impl Board for LinkBoard {
             },
             supply: self.supply.try_get(),
             provisioned: self.shared.provisioned.load(Ordering::Relaxed),
+            key_damaged: self.shared.key_damaged.load(Ordering::Relaxed),
             resets: self.origin.resets,
             stack: stack::usage(),
             panic: self.origin.panic.clone(),

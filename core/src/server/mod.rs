@@ -293,6 +293,7 @@ impl<B: Board> Server<B> {
             resets: health.resets,
             stack: health.stack,
             panic: health.panic,
+            key_damaged: health.key_damaged,
         }
     }
 

@@ -8,25 +8,27 @@
 //!                               │                        └─▶ archive (set and log entry in one) ──▶ log
 //!                               rollback ──────────────────▶ log
 //!                               factory reset ─────────────▶ log ──▶ archive erased
-//!                               provision ─────────────────▶ key ──▶ log
+//!                               provision ─────────────────▶ key beside the old one ──▶ log ──▶ old one erased
 //! ```
 //!
-//! The first step of each change decides. When the power goes between the two steps, the next start carries out the
-//! second ([`Storage::complete`]): no change is without its entry, and no entry without its change. The last entry
-//! names the active set.
+//! The first step of each change decides, and for a key its entry in the log. When the power goes between two steps, the
+//! next start carries out the rest ([`Storage::complete`]): no change is without its entry, and no entry without its
+//! change. The last entry names the active set.
 //!
-//! The start, an upload and the changes have files of their own.
+//! The start, an upload, the key and the changes have files of their own.
 
 mod changes;
+mod key;
 mod start;
 mod upload;
 
 use embedded_storage_async::nor_flash::NorFlash;
 
+use self::key::KeyState;
 use self::upload::Upload;
 use crate::authority::Authority;
 use crate::facts::FlashLayout;
-use crate::records::key::{KeyPages, StoredKey};
+use crate::records::key::KeyPages;
 use crate::records::log::{End, Entry, Log, Reason};
 use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
 use crate::wire::change::{Challenge, Change, Tag};
@@ -79,7 +81,7 @@ pub struct Storage<F: NorFlash> {
     unlogged: Option<Entry>,
     /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
-    key: Option<StoredKey>,
+    key: KeyState,
     active: Option<Active>,
     authority: Authority,
     upload: Option<Upload>,
@@ -95,7 +97,7 @@ impl<F: NorFlash> Storage<F> {
             end: End::default(),
             unlogged: None,
             is_outdated: false,
-            key: None,
+            key: KeyState::Damaged,
             active: None,
             authority: Authority::default(),
             upload: None,
@@ -105,7 +107,13 @@ impl<F: NorFlash> Storage<F> {
     /// Whether there is a key.
     #[must_use]
     pub fn is_provisioned(&self) -> bool {
-        self.key.is_some()
+        matches!(self.key, KeyState::InForce { .. })
+    }
+
+    /// Whether there was a key, and no copy of it is good: no change is taken then.
+    #[must_use]
+    pub fn is_key_damaged(&self) -> bool {
+        matches!(self.key, KeyState::Damaged)
     }
 
     /// The active set.

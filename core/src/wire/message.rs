@@ -73,7 +73,8 @@ pub enum Request {
     /// Random bytes for the tag of a change → [`Response::Challenge`].
     Challenge,
     /// A change of what the board keeps, see [`super::change`]. It ends an upload under way → [`Response::Done`] for an
-    /// upload, whose pieces may then come, and for a key; [`Response::Committed`] for a rollback;
+    /// upload, whose pieces may then come, and for a key; [`Response::Unchanged`] for the key that the board has;
+    /// [`Response::Committed`] for a rollback;
     /// [`Response::Erased`] for a factory reset.
     Change {
         /// What to do.
@@ -198,6 +199,8 @@ pub enum Response {
         /// The motion, or why the jacks give none.
         motion: Result<Motion, PoseRefusal>,
     },
+    /// What the change asks for is so already: nothing was changed, and the log has no entry of it.
+    Unchanged,
 }
 
 /// Harmonics of one channel as the board solves them, counts and rad at the trigger of the first scan.

@@ -215,6 +215,8 @@ pub struct Status {
     pub provisioned: bool,
     /// The message of a panic before the last start.
     pub panic: Option<heapless::String<128>>,
+    /// Whether the board had a key and cannot read it any more; it takes no changes then.
+    pub key_damaged: bool,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

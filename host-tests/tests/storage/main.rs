@@ -4,6 +4,7 @@
 mod authority;
 mod changes;
 mod key_holder;
+mod keys;
 mod log;
 mod power_cuts;
 mod uploads;

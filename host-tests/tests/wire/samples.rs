@@ -219,6 +219,7 @@ fn refusals() -> String {
         Incomplete { .. } => Refusal::Incomplete { analyser: 2 },
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
         EarlierLog {} => Refusal::EarlierLog,
+        KeyDamaged {} => Refusal::KeyDamaged,
     })
 }
 
@@ -459,6 +460,7 @@ fn status() -> Status {
             size: 0x6000,
         },
         panic: Some(heapless::String::try_from("at µ").unwrap()),
+        key_damaged: true,
     }
 }
 

@@ -247,6 +247,7 @@ impl Board for Parts {
                 readings: 16,
             }),
             provisioned: self.storage.is_provisioned(),
+            key_damaged: self.storage.is_key_damaged(),
             resets: Resets::default(),
             stack: StackUse {
                 deepest: 6_000,
