@@ -9,6 +9,7 @@
 //! - `conversation`: which answer belongs to which request, and what happens when one is lost.
 //! - [`client`]: one function for each request.
 //! - [`change`], [`upload`]: changes that the board makes only for the holder of its key.
+//! - [`proof`]: the board proves to the holder of its key that it has the key, too.
 //!
 //! Three kinds of failure are three types: what the line did ([`TransportError`]), what the board refused
 //! ([`hexsense_core::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
@@ -25,6 +26,7 @@ pub mod line;
 mod lockstep;
 mod missing;
 pub mod port;
+pub mod proof;
 mod serial;
 mod stream;
 mod tcp;
@@ -36,5 +38,6 @@ pub use change::ChangeError;
 pub use client::Client;
 pub use conversation::Contact;
 pub use error::{LinkError, ProtocolError};
+pub use proof::ProofError;
 pub use transport::{Transport, TransportError};
 pub use upload::UploadError;

@@ -4,13 +4,16 @@
 //! After a wrong tag the board refuses every change for a second, after the next for two, and so on up to
 //! [`MAX_WAIT_MS`]; a right tag ends that. 256 bits cannot be guessed; the wait protects the board's time from a host
 //! that tries.
+//!
+//! The board proves itself with the same key, see [`proof`].
 
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
 
 use crate::records::key::Key;
 use crate::wire::Refusal;
-use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::change::{Challenge, Change, Statement, Tag};
+use crate::wire::hello::Greeting;
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;
@@ -18,6 +21,8 @@ pub const CHALLENGE_MS: u64 = 10_000;
 const FIRST_WAIT_MS: u64 = 1_000;
 /// Longest wait after a wrong tag, ms.
 pub const MAX_WAIT_MS: u64 = 64_000;
+/// Begins a proof, so that no proof is the tag of a change: that begins with a challenge, which the board draws.
+const PROOF: &[u8; 16] = b"hexsense proof 1";
 /// Longest encoded change: 10 bytes of time, and an act of at most 36.
 const MAX_CHANGE: usize = 64;
 
@@ -30,14 +35,39 @@ pub fn tag(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) 
         .into()
 }
 
-fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Hmac<Sha256> {
+/// Tag by which the board with unique id `board` proves that it has the key, and what it says of itself.
+#[must_use]
+pub fn proof(
+    key: &Key,
+    challenge: &Challenge,
+    board: &[u8; 12],
+    firmware: &Greeting,
+    statement: &Statement,
+) -> Tag {
+    let mut mac = keyed(key);
+    mac.update(PROOF);
+    mac.update(challenge);
+    mac.update(board);
+    mac.update(&firmware.wire.to_le_bytes());
+    mac.update(&firmware.firmware);
+    mac.update(&[u8::from(statement.set.is_some())]);
+    mac.update(&statement.set.unwrap_or_default().0);
+    mac.update(&statement.changes.to_le_bytes());
+    mac.finalize().into_bytes().into()
+}
+
+fn keyed(key: &Key) -> Hmac<Sha256> {
     // A key shorter than a block of the hash is filled up with zeros (RFC 2104).
     let mut block = [0; 64];
     block[..key.0.len()].copy_from_slice(&key.0);
+    Hmac::<Sha256>::new(&block.into())
+}
+
+fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Hmac<Sha256> {
     let mut encoded = [0; MAX_CHANGE];
     // A change always fits. If it did not, its digest would be that of no bytes, which no other change has.
     let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
-    let mut mac = Hmac::<Sha256>::new(&block.into());
+    let mut mac = keyed(key);
     mac.update(challenge);
     mac.update(board);
     mac.update(&Sha256::digest(encoded));
@@ -56,6 +86,11 @@ impl Authority {
     /// Opens a challenge at `now_ms` (ms since the start); an older one becomes void.
     pub fn open(&mut self, challenge: Challenge, now_ms: u64) {
         self.open = Some((challenge, now_ms));
+    }
+
+    /// Makes the open challenge void.
+    pub fn close(&mut self) {
+        self.open = None;
     }
 
     /// Checks that the change comes from the key holder; the challenge is used up.

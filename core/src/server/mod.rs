@@ -162,6 +162,10 @@ impl<B: Board> Server<B> {
             }
             Request::UploadCommit => Command::Storage(StorageCommand::Commit),
             Request::UploadAbort => Command::Storage(StorageCommand::Abort),
+            Request::Prove { challenge } => {
+                let firmware = self.board.greeting();
+                Command::Storage(StorageCommand::Prove(challenge, firmware))
+            }
         };
         if self.open.is_some() || !self.board.order(command) {
             return Err(Refusal::Busy);

@@ -17,10 +17,8 @@ impl<F: NorFlash> Storage<F> {
         now_ms: u64,
     ) -> Result<Response, Refusal> {
         let key = match (&self.key, &change.act) {
-            (KeyState::InForce { stored, .. }, _) => &stored.key,
-            (KeyState::Damaged, _) => return Err(Refusal::KeyDamaged),
             (KeyState::None, Act::Provision(key)) => key,
-            (KeyState::None, _) => return Err(Refusal::Unprovisioned),
+            (state, _) => state.in_force()?,
         };
         self.authority
             .check(key, &self.board, change, tag, now_ms)?;

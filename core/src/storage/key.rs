@@ -37,6 +37,20 @@ pub(super) enum KeyState {
     Damaged,
 }
 
+impl KeyState {
+    /// The key in force.
+    ///
+    /// # Errors
+    /// [`Refusal::Unprovisioned`] and [`Refusal::KeyDamaged`].
+    pub(super) fn in_force(&self) -> Result<&Key, Refusal> {
+        match self {
+            Self::InForce { stored, .. } => Ok(&stored.key),
+            Self::None => Err(Refusal::Unprovisioned),
+            Self::Damaged => Err(Refusal::KeyDamaged),
+        }
+    }
+}
+
 impl<F: NorFlash> Storage<F> {
     /// Finds the key in force; `had_one` tells whether the log or the archive shows that there is one.
     pub(super) async fn find_key(&mut self, had_one: bool) -> Result<(), Refusal> {

@@ -26,17 +26,21 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use self::key::KeyState;
 use self::upload::Upload;
-use crate::authority::Authority;
+use crate::authority::{self, Authority};
 use crate::facts::FlashLayout;
 use crate::records::key::KeyPages;
 use crate::records::log::{End, Entry, Log, Reason};
 use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
-use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::change::{Challenge, Change, Statement, Tag};
+use crate::wire::hello::Greeting;
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
 /// Longest time of an upload from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
+
+/// Shortest time from one proof to the next, ms: a flood of requests for proofs does not take the core's time.
+pub const PROOF_MS: u64 = 10;
 
 /// The requests of a host about coefficients.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +63,8 @@ pub enum StorageCommand {
     Commit,
     /// Forget the upload.
     Abort,
+    /// Prove the key to this challenge of the host; with the version of the firmware.
+    Prove(Challenge, Greeting),
 }
 
 /// The active set.
@@ -84,6 +90,7 @@ pub struct Storage<F: NorFlash> {
     key: KeyState,
     active: Option<Active>,
     authority: Authority,
+    next_proof_ms: u64,
     upload: Option<Upload>,
 }
 
@@ -100,6 +107,7 @@ impl<F: NorFlash> Storage<F> {
             key: KeyState::Damaged,
             active: None,
             authority: Authority::default(),
+            next_proof_ms: 0,
             upload: None,
         }
     }
@@ -155,7 +163,29 @@ impl<F: NorFlash> Storage<F> {
                 self.upload = None;
                 Ok(Response::Done)
             }
+            StorageCommand::Prove(challenge, firmware) => self.prove(&challenge, &firmware, now_ms),
         }
+    }
+
+    fn prove(
+        &mut self,
+        challenge: &Challenge,
+        firmware: &Greeting,
+        now_ms: u64,
+    ) -> Result<Response, Refusal> {
+        if now_ms < self.next_proof_ms {
+            return Err(Refusal::Busy);
+        }
+        self.next_proof_ms = now_ms.saturating_add(PROOF_MS);
+        self.authority.close();
+        self.upload = None;
+        let statement = Statement {
+            set: self.active_id(),
+            changes: self.end.last_counter(),
+        };
+        let key = self.key.in_force()?;
+        let tag = authority::proof(key, challenge, &self.board, firmware, &statement);
+        Ok(Response::Proof { statement, tag })
     }
 
     fn read(&self, offset: u16) -> Result<Response, Refusal> {

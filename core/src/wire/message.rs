@@ -10,7 +10,7 @@ use crate::live_motion::Motion;
 use crate::records::SetId;
 use crate::records::log::Entry;
 use crate::sampling::BlockSize;
-use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::change::{Challenge, Change, Statement, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 use crate::wire::pose::PoseRefusal;
 use crate::wire::refusal::Refusal;
@@ -107,6 +107,12 @@ pub enum Request {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
     },
+    /// Prove that you have the key, see [`super::change`]. The board's own challenge and an upload under way are void
+    /// afterwards → [`Response::Proof`]; [`Refusal::Busy`] within 10 ms of the proof before.
+    Prove {
+        /// Random bytes of the host.
+        challenge: Challenge,
+    },
 }
 
 /// What the stream carries: counts and values in blocks, the pose in frames of its own.
@@ -201,6 +207,13 @@ pub enum Response {
     },
     /// What the change asks for is so already: nothing was changed, and the log has no entry of it.
     Unchanged,
+    /// The board has the key.
+    Proof {
+        /// What it says of itself.
+        statement: Statement,
+        /// Made with the key.
+        tag: Tag,
+    },
 }
 
 /// Harmonics of one channel as the board solves them, counts and rad at the trigger of the first scan.

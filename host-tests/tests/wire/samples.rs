@@ -10,7 +10,7 @@ use hexsense_core::records::Entry;
 use hexsense_core::records::log::Reason;
 use hexsense_core::records::{BaseError, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::change::{Act, Change, Key, Statement};
 use hexsense_core::wire::message::{
     ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
 };
@@ -163,6 +163,7 @@ fn requests() -> String {
         UploadAbort {} => Request::UploadAbort,
         Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
+        Prove { .. } => Request::Prove { challenge: *b"0123456789abcdef" },
     })
 }
 
@@ -182,6 +183,8 @@ fn responses() -> String {
         Erased { .. } => Response::Erased { sets: 8 },
         Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
+        Unchanged {} => Response::Unchanged,
+        Proof { .. } => Response::Proof { statement: Statement { set: Some(ID), changes: 0x0102_0304 }, tag: [0xA7; 32] },
     })
 }
 
