@@ -19,6 +19,7 @@ use hexsense_core::sampling::Calibrator;
 use hexsense_core::storage::Storage;
 use hexsense_core::wire::Response;
 
+use crate::chip::identity;
 use crate::chip::timing::STORAGE_HEARTBEAT;
 use crate::health::flash_errors::Corrections;
 use crate::shared::{Active, Base, Shared};
@@ -43,6 +44,8 @@ pub async fn store(
     let mut published = None;
     let loaded = storage.load().await;
     publish(&storage, &mut published, shared);
+    let build = identity::build().await;
+    shared.build.lock(|known| known.set(Some(build)));
     if loaded.is_err() {
         defmt::error!("storage cannot read its flash");
     } else if storage.complete().await.is_err() {

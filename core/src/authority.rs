@@ -10,10 +10,10 @@
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
 
+use crate::records::BuildId;
 use crate::records::key::Key;
 use crate::wire::Refusal;
 use crate::wire::change::{Challenge, Change, Statement, Tag};
-use crate::wire::hello::Greeting;
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;
@@ -41,15 +41,14 @@ pub fn proof(
     key: &Key,
     challenge: &Challenge,
     board: &[u8; 12],
-    firmware: &Greeting,
+    build: &BuildId,
     statement: &Statement,
 ) -> Tag {
     let mut mac = keyed(key);
     mac.update(PROOF);
     mac.update(challenge);
     mac.update(board);
-    mac.update(&firmware.wire.to_le_bytes());
-    mac.update(&firmware.firmware);
+    mac.update(&build.0);
     mac.update(&[u8::from(statement.set.is_some())]);
     mac.update(&statement.set.unwrap_or_default().0);
     mac.update(&statement.changes.to_le_bytes());

@@ -85,6 +85,7 @@ impl Evaluation {
         geometry_hash.copy_from_slice(&geometry.hash[..8]);
         let names = self.runs.iter().map(|run| run.name.as_str());
         let provenance = campaign.provenance(names).map_err(CampaignError::from)?;
+        let recorded_by = campaign.board().map_err(CampaignError::from)?;
         let (base, jacks) = base_and_jacks(campaign);
         Ok(CoefficientSet {
             board,
@@ -95,6 +96,7 @@ impl Evaluation {
             temperature_c: mean_temperature_c(&self.runs),
             provenance,
             ratiometric: campaign.sensors.ratiometric(),
+            build: recorded_by.build_id(),
             triads: self.analysis.triads,
             base,
             jacks,

@@ -137,6 +137,15 @@ fn a_board_says_whether_it_has_a_key_and_gets_it_once() {
 }
 
 #[test]
+fn info_names_the_build_of_the_firmware() {
+    let desk = Desk::new();
+    assert_eq!(desk.json("info")["build"], "0908070605040302");
+    assert_eq!(desk.json("info")["firmware"], "9.8.7");
+    let said = desk.says(&["info"]);
+    assert!(said.contains("9.8.7, build 0908070605040302,"), "{said}");
+}
+
+#[test]
 fn a_key_is_replaced_with_the_old_one_only() {
     let desk = Desk::new();
     other_key(&desk);

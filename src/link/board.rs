@@ -1,5 +1,6 @@
 //! The board behind the server of the link: where its answers come from on this chip.
 
+use core::cell::Cell;
 use core::sync::atomic::Ordering;
 
 use embassy_sync::watch::Receiver;
@@ -49,7 +50,7 @@ impl Board for LinkBoard {
     }
 
     fn identity(&self) -> Identity {
-        self.origin.identity()
+        self.origin.identity(self.shared.build.lock(Cell::get))
     }
 
     fn has_crystal(&self) -> bool {

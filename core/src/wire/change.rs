@@ -19,7 +19,7 @@
 //! prove, 16 random bytes ───────────────────────▶ forgets its own challenge, and an upload under way
 //!            ◀──────────────────────────────────── statement, tag
 //!
-//! tag = HMAC-SHA256(key, "hexsense proof 1" ‖ challenge ‖ unique id ‖ wire version ‖ firmware version ‖ statement)
+//! tag = HMAC-SHA256(key, "hexsense proof 1" ‖ challenge ‖ unique id ‖ build ‖ statement)
 //! ```
 //!
 //! A change that is held back on the line is void from then on. So a host that lost an answer and then has a proof knows

@@ -7,8 +7,8 @@ use crate::harmonics::{
     AnalyserState, ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty,
 };
 use crate::live_motion::Motion;
-use crate::records::SetId;
 use crate::records::log::Entry;
+use crate::records::{BuildId, SetId};
 use crate::sampling::BlockSize;
 use crate::wire::change::{Challenge, Change, Statement, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
@@ -286,6 +286,8 @@ pub struct Identity {
     pub reset: ResetCause,
     /// The numbers of this kind of board.
     pub facts: BoardFacts,
+    /// Identity of its firmware; `None` in the first tenth of a second after a start, until the board has computed it.
+    pub build: Option<BuildId>,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

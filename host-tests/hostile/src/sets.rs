@@ -26,6 +26,7 @@ pub fn numbered(number: u32) -> CoefficientSet {
         temperature_c: 31.5,
         provenance: [0xC3; 32],
         ratiometric: Default::default(),
+        build: None,
         triads: [triad; 3],
         base: base(),
         jacks: JackCoefficients {

@@ -8,7 +8,7 @@ use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::records::Entry;
 use hexsense_core::records::log::Reason;
-use hexsense_core::records::{BaseError, RecordError, SetId};
+use hexsense_core::records::{BaseError, BuildId, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::{Act, Change, Key, Statement};
 use hexsense_core::wire::message::{
@@ -381,6 +381,7 @@ fn identity(reset: ResetCause) -> Response {
                 pages: 0x8182,
             },
         },
+        build: Some(BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98])),
     })
 }
 

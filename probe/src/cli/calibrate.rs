@@ -140,7 +140,10 @@ impl Calibrate {
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.check_board(&board)?;
         campaign.write()?;
-        campaign.note_board(&board)?;
+        if runs.iter().any(|run| !campaign.is_recorded(&run.name)) {
+            campaign.check_build(&board)?;
+            campaign.note_board(&board)?;
+        }
         campaign.note_begun(begun)?;
         let job = SequenceJob {
             campaign,

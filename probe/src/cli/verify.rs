@@ -263,6 +263,7 @@ mod tests {
             temperature_c: 30.0,
             provenance: [2; 32],
             ratiometric: Default::default(),
+            build: None,
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {

@@ -26,6 +26,7 @@ fn set() -> CoefficientSet {
         temperature_c: 31.7,
         provenance: std::array::from_fn(|index| index as u8),
         ratiometric: Ratiometric::NONE.with(2).with(10),
+        build: None,
         triads: [triad(1.0), triad(2.0), triad(3.0)],
         base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
         jacks: JackCoefficients {
