@@ -5,8 +5,7 @@
 
 use hexsense_core::authority;
 use hexsense_core::wire::change::{Key, Statement};
-use hexsense_core::wire::hello::Greeting;
-use hexsense_core::wire::{Request, Response, VERSION};
+use hexsense_core::wire::{Identity, Request, Response};
 
 use super::client::Client;
 use super::conversation::answer_error;
@@ -40,16 +39,14 @@ impl Client {
     pub fn prove(&mut self, key: &Key) -> Result<Statement, ProofError> {
         let mut challenge = [0; 16];
         getrandom::fill(&mut challenge).map_err(ProofError::Random)?;
-        let board = self.identity()?.board;
+        let Identity { board, build, .. } = self.identity()?;
         let request = Request::Prove { challenge };
         let Response::Proof { statement, tag } = self.conversation.ask(&request)? else {
             return Err(answer_error(&request).into());
         };
-        let firmware = Greeting {
-            wire: VERSION,
-            firmware: self.firmware(),
-        };
-        if authority::proof(key, &challenge, &board, &firmware, &statement) == tag {
+        let expected =
+            build.map(|build| authority::proof(key, &challenge, &board, &build, &statement));
+        if expected == Some(tag) {
             Ok(statement)
         } else {
             let port = self.port().to_owned();

@@ -163,8 +163,8 @@ impl<B: Board> Server<B> {
             Request::UploadCommit => Command::Storage(StorageCommand::Commit),
             Request::UploadAbort => Command::Storage(StorageCommand::Abort),
             Request::Prove { challenge } => {
-                let firmware = self.board.greeting();
-                Command::Storage(StorageCommand::Prove(challenge, firmware))
+                let build = self.board.identity().build.ok_or(Refusal::Busy)?;
+                Command::Storage(StorageCommand::Prove(challenge, build))
             }
         };
         if self.open.is_some() || !self.board.order(command) {

@@ -30,9 +30,10 @@ use crate::authority::{self, Authority};
 use crate::facts::FlashLayout;
 use crate::records::key::KeyPages;
 use crate::records::log::{End, Entry, Log, Reason};
-use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
+use crate::records::{
+    Archive, ArchiveError, BuildId, CoefficientSet, History, MAX_ENCODED, SetId, Stored,
+};
 use crate::wire::change::{Challenge, Change, Statement, Tag};
-use crate::wire::hello::Greeting;
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
@@ -63,8 +64,8 @@ pub enum StorageCommand {
     Commit,
     /// Forget the upload.
     Abort,
-    /// Prove the key to this challenge of the host; with the version of the firmware.
-    Prove(Challenge, Greeting),
+    /// Prove the key to this challenge of the host; with the identity of the firmware.
+    Prove(Challenge, BuildId),
 }
 
 /// The active set.
@@ -163,14 +164,14 @@ impl<F: NorFlash> Storage<F> {
                 self.upload = None;
                 Ok(Response::Done)
             }
-            StorageCommand::Prove(challenge, firmware) => self.prove(&challenge, &firmware, now_ms),
+            StorageCommand::Prove(challenge, build) => self.prove(&challenge, &build, now_ms),
         }
     }
 
     fn prove(
         &mut self,
         challenge: &Challenge,
-        firmware: &Greeting,
+        build: &BuildId,
         now_ms: u64,
     ) -> Result<Response, Refusal> {
         if now_ms < self.next_proof_ms {
@@ -184,7 +185,7 @@ impl<F: NorFlash> Storage<F> {
             changes: self.end.last_counter(),
         };
         let key = self.key.in_force()?;
-        let tag = authority::proof(key, challenge, &self.board, firmware, &statement);
+        let tag = authority::proof(key, challenge, &self.board, build, &statement);
         Ok(Response::Proof { statement, tag })
     }
 
