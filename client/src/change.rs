@@ -20,6 +20,7 @@ use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use hexsense_core::wire::{Refusal, Request, Response};
 
+use super::bounds::{MAX_LOG, MAX_SETS, Said};
 use super::client::Client;
 use super::conversation::{ATTEMPTS, answer_error};
 use super::error::LinkError;
@@ -109,15 +110,17 @@ impl Client {
     /// [`LinkError`].
     pub fn history(&mut self) -> Result<Vec<Kept>, LinkError> {
         let mut history = Vec::new();
-        for age in 0..=u8::MAX {
+        loop {
+            let age = history.len() as u8;
             let request = Request::History { age };
             match self.conversation.ask(&request)? {
                 Response::Kept(Some(kept)) => history.push(kept),
-                Response::Kept(None) => break,
+                Response::Kept(None) => return Ok(history),
                 _ => return Err(answer_error(&request)),
             }
+            let sets = history.len();
+            Said("history of sets").within("the number of sets", sets, 0..=MAX_SETS)?;
         }
-        Ok(history)
     }
 
     /// The entries of the log of changes from `counter` on.
@@ -128,10 +131,17 @@ impl Client {
         let (mut log, mut next) = (Vec::new(), counter);
         loop {
             let (last, entries) = self.log_page(next)?;
+            for entry in &entries {
+                // They come in order and none comes twice, so that this ends.
+                let numbers = next..=last.min(u32::MAX - 1);
+                Said("log of changes").within("the number of an entry", entry.counter, numbers)?;
+                next = entry.counter + 1;
+            }
             log.extend_from_slice(&entries);
-            match entries.last() {
-                Some(entry) if (next..last).contains(&entry.counter) => next = entry.counter + 1,
-                _ => return Ok(log),
+            let length = log.len();
+            Said("log of changes").within("the number of entries", length, 0..=MAX_LOG)?;
+            if entries.is_empty() || next > last {
+                return Ok(log);
             }
         }
     }

@@ -13,6 +13,7 @@ use hexsense_core::wire::{
     StreamContent,
 };
 
+use super::bounds;
 use super::conversation::{Contact, Conversation, answer_error};
 use super::error::LinkError;
 use super::port;
@@ -162,6 +163,7 @@ impl Client {
             let Response::Identity(identity) = self.conversation.ask(&Request::Identity)? else {
                 return Err(answer_error(&Request::Identity));
             };
+            bounds::identity(&identity)?;
             if identity.build.is_some() || self.now() >= end {
                 return Ok(identity);
             }
@@ -174,7 +176,10 @@ impl Client {
     /// [`LinkError`].
     pub fn status(&mut self) -> Result<Status, LinkError> {
         match self.conversation.ask(&Request::Status)? {
-            Response::Status(status) => Ok(status),
+            Response::Status(status) => {
+                bounds::status(&status)?;
+                Ok(status)
+            }
             _ => Err(answer_error(&Request::Status)),
         }
     }
@@ -224,12 +229,15 @@ impl Client {
                 drive,
                 first_scan,
                 sums,
-            } => Ok(SumsReport {
-                state,
-                drive,
-                first_scan,
-                sums,
-            }),
+            } => {
+                bounds::first_scan("harmonic sums", first_scan)?;
+                Ok(SumsReport {
+                    state,
+                    drive,
+                    first_scan,
+                    sums,
+                })
+            }
             _ => Err(answer_error(&request)),
         }
     }
@@ -245,11 +253,14 @@ impl Client {
                 drive,
                 first_scan,
                 harmonics,
-            } => Ok(HarmonicsReport {
-                drive,
-                first_scan,
-                harmonics,
-            }),
+            } => {
+                bounds::first_scan("harmonics", first_scan)?;
+                Ok(HarmonicsReport {
+                    drive,
+                    first_scan,
+                    harmonics,
+                })
+            }
             _ => Err(answer_error(&request)),
         }
     }
@@ -272,7 +283,10 @@ impl Client {
     /// [`LinkError`].
     pub fn active_set(&mut self) -> Result<Option<ActiveSet>, LinkError> {
         match self.conversation.ask(&Request::ActiveSet)? {
-            Response::ActiveSet(active) => Ok(active),
+            Response::ActiveSet(active) => {
+                active.as_ref().map_or(Ok(()), bounds::active_set)?;
+                Ok(active)
+            }
             _ => Err(answer_error(&Request::ActiveSet)),
         }
     }
@@ -285,14 +299,16 @@ impl Client {
         let Some(active) = self.active_set()? else {
             return Ok(None);
         };
+        let length = usize::from(active.length);
         let mut encoded = Vec::with_capacity(MAX_ENCODED);
-        while encoded.len() < usize::from(active.length) {
+        while encoded.len() < length {
             let request = Request::ReadSet {
                 offset: encoded.len() as u16,
             };
             match self.conversation.ask(&request)? {
                 Response::SetBytes { offset, bytes }
-                    if usize::from(offset) == encoded.len() && !bytes.is_empty() =>
+                    if usize::from(offset) == encoded.len()
+                        && (1..=length - encoded.len()).contains(&bytes.len()) =>
                 {
                     encoded.extend_from_slice(&bytes);
                 }

@@ -11,6 +11,7 @@ use hexsense_core::wire::hello::Greeting;
 use hexsense_core::wire::telemetry::Block;
 use hexsense_core::wire::{PoseReport, Refusal, Request, Response, VERSION};
 
+use super::bounds;
 use super::error::{LinkError, ProtocolError};
 use super::line::{Content, FrameLine};
 use super::transport::Transport;
@@ -30,7 +31,10 @@ const MAX_POSES: usize = 16_384;
 pub struct Conversation {
     line: FrameLine,
     greeting: Option<Greeting>,
-    answers: VecDeque<(u16, Option<Response>)>,
+    /// Number of the request that waits for its answer.
+    awaited: Option<u16>,
+    /// Its answer; `Some(None)` when that cannot be decoded.
+    answer: Option<Option<Response>>,
     blocks: VecDeque<Block>,
     poses: VecDeque<PoseReport>,
     contact: Contact,
@@ -51,7 +55,8 @@ impl Conversation {
         Self {
             line: FrameLine::new(transport),
             greeting: None,
-            answers: VecDeque::new(),
+            awaited: None,
+            answer: None,
             blocks: VecDeque::new(),
             poses: VecDeque::new(),
             contact: Contact {
@@ -201,15 +206,15 @@ impl Conversation {
         timeout: Duration,
     ) -> Result<Option<Response>, LinkError> {
         let deadline = self.line.now() + timeout;
-        let mut sequence = self.line.send(request)?;
+        self.send(request)?;
         while self.line.now() < deadline {
-            match self.answer_to(sequence, request)? {
+            match self.take_answer(request)? {
                 Some(Response::Refused(Refusal::Busy)) => {
                     let resume = self.line.now() + BUSY_PAUSE;
                     while self.line.now() < resume {
                         self.receive(resume)?;
                     }
-                    sequence = self.line.send(request)?;
+                    self.send(request)?;
                 }
                 Some(Response::Refused(refusal)) => return Err(refusal.into()),
                 Some(response) => return Ok(Some(response)),
@@ -228,18 +233,19 @@ impl Conversation {
         }
     }
 
-    /// The answer with this number, if it has come; others are forgotten.
-    fn answer_to(
-        &mut self,
-        sequence: u16,
-        request: &Request,
-    ) -> Result<Option<Response>, LinkError> {
-        while let Some((number, response)) = self.answers.pop_front() {
-            if number == sequence {
-                return response.map(Some).ok_or_else(|| answer_error(request));
-            }
-        }
-        Ok(None)
+    /// Sends a request, whose answer is awaited from now on; one that comes later for an earlier request is dropped.
+    fn send(&mut self, request: &Request) -> Result<(), LinkError> {
+        self.answer = None;
+        self.awaited = Some(self.line.send(request)?);
+        Ok(())
+    }
+
+    /// The answer to the request that was sent last, if it has come.
+    fn take_answer(&mut self, request: &Request) -> Result<Option<Response>, LinkError> {
+        let answer = self.answer.take();
+        answer
+            .map(|response| response.ok_or_else(|| answer_error(request)))
+            .transpose()
     }
 
     /// Waits for bytes until `deadline` at most and sorts the frames that end in them.
@@ -249,15 +255,26 @@ impl Conversation {
             self.contact.at = Instant::now();
             match arrived.content {
                 Content::Greeting(greeting) => self.greeting = Some(greeting),
+                // One answer for each request: a board that sends others fills no memory.
                 Content::Response(response) => {
-                    self.answers.push_back((arrived.sequence, response));
+                    if self
+                        .awaited
+                        .take_if(|awaited| *awaited == arrived.sequence)
+                        .is_some()
+                    {
+                        self.answer = Some(response);
+                    }
                 }
                 Content::Block(block) => {
+                    bounds::block(&block.header)?;
                     self.contact.next_scan =
                         block.header.first_scan + u64::from(block.header.scans);
                     self.blocks.push_back(block);
                 }
-                Content::Pose(pose) => self.poses.push_back(pose),
+                Content::Pose(pose) => {
+                    bounds::pose(&pose)?;
+                    self.poses.push_back(pose);
+                }
             }
         }
         let excess = self.blocks.len().saturating_sub(MAX_BLOCKS);
@@ -268,7 +285,7 @@ impl Conversation {
     }
 
     fn waited_ms(&self, start: Duration) -> u64 {
-        (self.line.now() - start).as_millis() as u64
+        self.line.now().saturating_sub(start).as_millis() as u64
     }
 }
 

@@ -92,6 +92,21 @@ pub enum ProtocolError {
         /// How long was waited.
         waited_ms: u64,
     },
+    /// A number that no board can have.
+    #[error(
+        "the board's {message} cannot be right: {field} is {value}, and it must be {limit}; the board is defective, or \
+         something else answers on this port: check which board is connected, and exchange it if it says this again"
+    )]
+    Impossible {
+        /// The message that the number is in.
+        message: &'static str,
+        /// What the number is.
+        field: &'static str,
+        /// The number.
+        value: String,
+        /// What it must be.
+        limit: String,
+    },
     /// An answer that cannot be decoded, or that answers another request.
     #[error(
         "the board's answer to {request} cannot be understood; host and firmware are of different builds: \

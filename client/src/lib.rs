@@ -7,6 +7,7 @@
 //!   [`users`] finds the process that uses it already.
 //! - [`line`](mod@line): frames with their time of arrival. Tests of the board stand on it too.
 //! - `conversation`: which answer belongs to which request, and what happens when one is lost.
+//! - [`bounds`]: which numbers a board can say.
 //! - [`client`]: one function for each request.
 //! - [`change`], [`upload`]: changes that the board makes only for the holder of its key.
 //! - [`proof`]: the board proves to the holder of its key that it has the key, too.
@@ -18,6 +19,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bounds;
 pub mod change;
 pub mod client;
 mod conversation;

@@ -7,6 +7,7 @@ use crate::analysis::results::{Analysis, analyse};
 use crate::analysis::{AnalysisError, RecordedRun};
 use crate::campaign::{Campaign, CampaignError};
 use crate::characteristics::Characterisation;
+use crate::coefficient_file::Sources;
 use crate::plan::Purpose;
 use crate::replay::{self, ReplayError, replay};
 
@@ -70,21 +71,20 @@ impl Evaluation {
         })
     }
 
-    /// The coefficient set that came out, for this board and date.
+    /// The coefficient set that came out of these sources, for this board and date.
     ///
     /// # Errors
-    /// [`EvaluationError::Campaign`] for captures that cannot be read.
+    /// [`EvaluationError::Campaign`].
     pub fn coefficient_set(
         &self,
         campaign: &Campaign,
+        sources: &Sources,
         board: [u8; 12],
         unix_s: u64,
     ) -> Result<CoefficientSet, EvaluationError> {
         let geometry = &campaign.geometry;
         let mut geometry_hash = [0; 8];
         geometry_hash.copy_from_slice(&geometry.hash[..8]);
-        let names = self.runs.iter().map(|run| run.name.as_str());
-        let provenance = campaign.provenance(names).map_err(CampaignError::from)?;
         let recorded_by = campaign.board().map_err(CampaignError::from)?;
         let (base, jacks) = base_and_jacks(campaign);
         Ok(CoefficientSet {
@@ -94,7 +94,7 @@ impl Evaluation {
             geometry_hash,
             unix_s,
             temperature_c: mean_temperature_c(&self.runs),
-            provenance,
+            provenance: sources.provenance(),
             ratiometric: campaign.sensors.ratiometric(),
             build: recorded_by.build_id(),
             triads: self.analysis.triads,

@@ -1,15 +1,48 @@
 //! Reading and replacing the files that people touch, with errors that say where something is wrong.
 //!
 //! A file is never left half written: its text goes to a file beside it, which then takes its name. Both reach the disk
-//! before the next thing is done, so that this holds when the power goes, too.
+//! before the next thing is done, so that this holds when the power goes, too. That file is always a new one: a link of
+//! its name is taken away and not followed.
+//!
+//! A file that is read whole has a [`Limit`], so that no file, and no device in its place, takes all memory.
 
 use std::fmt::Display;
-use std::fs;
-use std::io::{self, Write};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+
+/// How large a file may be that is read whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limit {
+    /// Most bytes.
+    pub bytes: u64,
+    /// What such a file is.
+    pub kind: &'static str,
+}
+
+/// What people write: geometry, sensors, plan, coefficients. The largest that hexsense writes has 20 kB.
+pub const SETTINGS: Limit = Limit {
+    bytes: 1 << 20,
+    kind: "a file of settings",
+};
+/// What hexsense notes in a campaign's folder, as JSON.
+pub const NOTES: Limit = Limit {
+    bytes: 16 << 20,
+    kind: "a note of a campaign",
+};
+/// The scans of a run: more than an hour at 1 kHz.
+pub const CAPTURE: Limit = Limit {
+    bytes: 1 << 30,
+    kind: "a capture",
+};
+/// A key.
+pub const KEY: Limit = Limit {
+    bytes: 1_024,
+    kind: "a key file",
+};
 
 /// Why a file cannot be used. Every message starts with the file's name.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +54,18 @@ pub enum FileError {
         file: String,
         /// The system's reason.
         reason: io::Error,
+    },
+    /// Larger than such a file can be.
+    #[error(
+        "{file}: is larger than {} bytes, and {} is smaller; see that the right file is named",
+        limit.bytes,
+        limit.kind
+    )]
+    Large {
+        /// The file.
+        file: String,
+        /// How large it may be.
+        limit: Limit,
     },
     /// The system does not let it be written.
     #[error("{file}: cannot be written: {reason}; what was there before is unchanged")]
@@ -92,15 +137,65 @@ impl FileError {
     }
 }
 
-/// The text of a file.
+/// The text of a file. No more of it is read than `limit` allows, and of a file that has a size nothing when it is too
+/// large.
 ///
 /// # Errors
-/// [`FileError::Read`].
-pub fn read(path: &Path) -> Result<String, FileError> {
-    fs::read_to_string(path).map_err(|reason| FileError::Read {
-        file: path.display().to_string(),
-        reason,
-    })
+/// [`FileError::Read`] and [`FileError::Large`].
+pub fn read(path: &Path, limit: Limit) -> Result<String, FileError> {
+    let file = || path.display().to_string();
+    let read = || {
+        if may_never_end(path) {
+            return Err(io::Error::other(
+                "it is a pipe, into which nobody may ever write",
+            ));
+        }
+        let opened = File::open(path)?;
+        let size = opened.metadata()?.len();
+        let mut text = String::new();
+        if size <= limit.bytes {
+            text.reserve_exact(size as usize);
+            opened.take(limit.bytes + 1).read_to_string(&mut text)?;
+        }
+        Ok((size.max(text.len() as u64), text))
+    };
+    match read() {
+        Ok((size, text)) if size <= limit.bytes => Ok(text),
+        Ok(_) => Err(FileError::Large {
+            file: file(),
+            limit,
+        }),
+        Err(reason) => Err(FileError::Read {
+            file: file(),
+            reason,
+        }),
+    }
+}
+
+/// Whether a path is a named pipe. Those that a shell makes for a command's output are under /dev.
+#[cfg(unix)]
+fn may_never_end(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let is_pipe = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo());
+    is_pipe && !path.starts_with("/dev")
+}
+
+/// Other systems have no named pipes among their files.
+#[cfg(not(unix))]
+fn may_never_end(_path: &Path) -> bool {
+    false
+}
+
+/// Creates a file, in place of whatever has its name. What a link leads to stays as it is.
+///
+/// # Errors
+/// The system's.
+pub fn create(path: &Path) -> io::Result<File> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    File::create_new(path)
 }
 
 /// Reads `text`, which came from `file`, as TOML.
@@ -132,7 +227,7 @@ pub fn replace(path: &Path, text: &str) -> Result<(), FileError> {
 /// [`FileError::Write`].
 pub fn write_part(path: &Path, text: &str) -> Result<(), FileError> {
     let part = part_of(path);
-    let mut file = fs::File::create(&part).map_err(|reason| write_error(path, reason))?;
+    let mut file = create(&part).map_err(|reason| write_error(path, reason))?;
     let written = file.write_all(text.as_bytes());
     written.and_then(|()| file.sync_all()).map_err(|reason| {
         // Half a file is of no use, and on a full disk it takes room. The error at hand says what is wrong.
@@ -148,7 +243,7 @@ pub fn sync_folder_of(path: &Path) {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    let _ = fs::File::open(folder).and_then(|folder| folder.sync_all());
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
 fn write_error(path: &Path, reason: io::Error) -> FileError {
@@ -215,7 +310,41 @@ mod tests {
         fs::create_dir(part_of(&path)).unwrap();
         let error = replace(&path, "new").unwrap_err().to_string();
         assert!(error.contains("plan.toml: cannot be written"), "{error}");
-        assert_eq!(read(&path).unwrap(), "old");
+        assert_eq!(read(&path, SETTINGS).unwrap(), "old");
+    }
+
+    #[test]
+    fn a_file_may_be_as_large_as_its_limit_and_no_larger() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("key");
+        fs::write(&path, [b'a'; 1_024]).unwrap();
+        assert_eq!(read(&path, KEY).unwrap().len(), 1_024);
+        fs::write(&path, [b'a'; 1_025]).unwrap();
+        let error = read(&path, KEY).unwrap_err().to_string();
+        assert!(error.contains("key: is larger than 1024 bytes"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_without_an_end_is_read_up_to_the_limit() {
+        let endless = read(Path::new("/dev/zero"), SETTINGS);
+        assert!(
+            matches!(endless, Err(FileError::Large { .. })),
+            "{endless:?}"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_the_place_of_a_part_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["plan.toml", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "mine").unwrap();
+        std::os::unix::fs::symlink(&other, part_of(&path)).unwrap();
+        replace(&path, "new").unwrap();
+        assert_eq!(read(&path, SETTINGS).unwrap(), "new");
+        assert_eq!(read(&other, SETTINGS).unwrap(), "mine");
+        assert!(path.symlink_metadata().unwrap().is_file());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use hexsense_core::wire::change::Key;
 
-use crate::files;
+use crate::files::{self, FileError};
 
 /// Where the key is when nothing else is said.
 pub const DEFAULT: &str = "hexsense.key";
@@ -43,6 +43,27 @@ pub enum KeyFileError {
         /// The file.
         file: String,
     },
+    /// Others than its owner can read it, or write it.
+    #[error(
+        "{file}: others than its owner can use this key file (mode {mode:03o}), and whoever has the key can change the \
+         board; allow its owner alone with `chmod 600 {file}`. If others may have read it, give the board a new key with \
+         `hexsense provision`"
+    )]
+    Open {
+        /// The file.
+        file: String,
+        /// Its permissions.
+        mode: u32,
+    },
+    /// A key that anybody would try first.
+    #[error(
+        "{file}: all bytes of this key are the same, which no random key is, and nothing is done with it; name the right \
+         one with --key FILE"
+    )]
+    Trivial {
+        /// The file.
+        file: String,
+    },
     /// It is there already.
     #[error(
         "{file}: is there already, and key files are never overwritten; name another with --key FILE"
@@ -72,22 +93,45 @@ pub enum KeyFileError {
 /// The key in a file.
 ///
 /// # Errors
-/// [`KeyFileError::Missing`], [`KeyFileError::Read`] and [`KeyFileError::Content`].
+/// [`KeyFileError::Missing`], [`KeyFileError::Read`], [`KeyFileError::Content`], [`KeyFileError::Open`] and
+/// [`KeyFileError::Trivial`].
 pub fn load(path: &Path) -> Result<Key, KeyFileError> {
     let file = path.display().to_string();
-    let text = match std::fs::read_to_string(path) {
+    let text = match files::read(path, files::KEY) {
         Ok(text) => text,
-        Err(reason) => {
+        Err(FileError::Read { reason, .. }) => {
             return Err(match reason.kind() {
                 ErrorKind::NotFound => KeyFileError::Missing { file },
                 ErrorKind::InvalidData => KeyFileError::Content { file },
                 _ => KeyFileError::Read { file, reason },
             });
         }
+        Err(_) => return Err(KeyFileError::Content { file }),
     };
-    files::from_hex(text.trim_end())
-        .map(Key)
-        .ok_or(KeyFileError::Content { file })
+    let Some(key) = files::from_hex::<32>(text.trim_end()) else {
+        return Err(KeyFileError::Content { file });
+    };
+    if let Some(mode) = open_to_others(path) {
+        return Err(KeyFileError::Open { file, mode });
+    }
+    if key.iter().all(|byte| *byte == key[0]) {
+        return Err(KeyFileError::Trivial { file });
+    }
+    Ok(Key(key))
+}
+
+/// The permissions of a file that others than its owner can read or write.
+#[cfg(unix)]
+fn open_to_others(path: &Path) -> Option<u32> {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = std::fs::metadata(path).ok()?.permissions().mode() & 0o777;
+    (mode & 0o077 != 0).then_some(mode)
+}
+
+/// Other systems have no such permissions.
+#[cfg(not(unix))]
+fn open_to_others(_path: &Path) -> Option<u32> {
+    None
 }
 
 /// Makes a random key and a file with it.
@@ -126,6 +170,64 @@ fn save(path: &Path, key: &Key) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn write(path: &Path, text: &str) {
+        std::fs::write(path, text).unwrap();
+        allow(path, 0o600);
+    }
+
+    #[cfg(unix)]
+    fn allow(path: &Path, mode: u32) {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    }
+
+    #[cfg(not(unix))]
+    fn allow(_: &Path, _: u32) {}
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_that_others_can_read_or_write_is_refused_until_they_cannot() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        create(&path).unwrap();
+        for mode in [0o644, 0o640, 0o604, 0o620, 0o602, 0o660, 0o777] {
+            allow(&path, mode);
+            let error = load(&path).unwrap_err().to_string();
+            assert!(error.contains(&format!("mode {mode:o}")), "{error}");
+            assert!(error.contains("chmod 600"), "{error}");
+        }
+        for mode in [0o600, 0o400] {
+            allow(&path, mode);
+            load(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_key_of_equal_bytes_is_refused_and_not_printed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        for byte in ["00", "ff", "5e"] {
+            write(&path, &byte.repeat(32));
+            let error = load(&path).unwrap_err().to_string();
+            assert!(
+                error.contains("all bytes of this key are the same"),
+                "{error}"
+            );
+            assert!(!error.contains(&byte.repeat(2)), "{error}");
+        }
+        write(&path, &("00".repeat(31) + "01"));
+        load(&path).unwrap();
+    }
+
+    #[test]
+    fn what_is_too_large_for_a_key_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("board.key");
+        write(&path, &("5ec5".repeat(16) + &" ".repeat(2_000)));
+        let error = load(&path).unwrap_err();
+        assert!(matches!(error, KeyFileError::Content { .. }), "{error}");
+    }
 
     #[test]
     fn a_key_that_was_made_is_read_back_and_never_overwritten() {
@@ -172,12 +274,12 @@ mod tests {
             &spaced,
             &spelt,
         ] {
-            std::fs::write(&path, text).unwrap();
+            write(&path, text);
             let error = load(&path).unwrap_err().to_string();
             assert!(error.contains("board.key: this is no key file"), "{error}");
             assert!(!error.contains("5ec5ec"), "{error}");
         }
-        std::fs::write(&path, &digits[..64]).unwrap();
+        write(&path, &digits[..64]);
         let key = load(&path).unwrap().0;
         assert_eq!(key[..3], [0x5e, 0xc5, 0xec]);
     }

@@ -24,8 +24,11 @@
 //! | [`base_figure`] | the motion base with the numbers of its jacks |
 //! | [`figure`] | figures and the numbers in them |
 //! | [`templates`] | files to start from |
+//! | [`terminal`] | what is printed, without control characters |
 //! | [`columns`] | names and units of the columns of tables |
 //! | [`files`] | reading and replacing files, with errors that say where |
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod analysis;
 pub mod base_figure;
@@ -52,3 +55,4 @@ pub mod replay;
 pub mod report;
 pub mod sensor_file;
 pub mod templates;
+pub mod terminal;

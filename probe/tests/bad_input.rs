@@ -232,7 +232,7 @@ fn a_plan_that_leaves_the_stroke_names_jack_time_length_and_limit() {
 #[test]
 fn a_coefficient_file_cut_in_half() {
     let folder = folder(str::to_owned);
-    let text = coefficient_file::to_text("", &set(0)).unwrap();
+    let text = coefficient_file::to_text("", &set(0), &fake::set::sources()).unwrap();
     fs::write(
         folder.path().join("coefficients.toml"),
         &text[..text.len() / 2],

@@ -78,7 +78,12 @@ impl Desk {
     /// Uploads the set that was made at `unix_s`; its identity.
     fn upload(&self, unix_s: u64) -> String {
         let set = fake::set::set(unix_s);
-        coefficient_file::save(&self.path().join("coefficients.toml"), &set).unwrap();
+        coefficient_file::save(
+            &self.path().join("coefficients.toml"),
+            &set,
+            &fake::set::sources(),
+        )
+        .unwrap();
         self.says(&["upload", "coefficients.toml"]);
         CoefficientSet::id_of(&fake::set::encoded(&set)).to_string()
     }
@@ -106,7 +111,7 @@ fn a_board_says_whether_it_has_a_key_and_gets_it_once() {
     }
     assert!(desk.says(&["log"]).contains("the log is empty"));
     // No key file is made for a board whose key cannot be replaced.
-    std::fs::write(desk.path().join("old.key"), "00".repeat(32)).unwrap();
+    fake::key::write(&desk.path().join("old.key"), &"0123".repeat(16));
     desk.refuses(
         &["provision", "--old-key", "old.key"],
         &["has no key that could be replaced", "leave --old-key out"],
@@ -169,7 +174,12 @@ fn a_key_is_replaced_with_the_old_one_only() {
     desk.says(&["provision", "--old-key", "hexsense.key", "--key", "new.key"]);
     assert!(key_file::load(&desk.path().join("new.key")).unwrap() == new);
     let set = fake::set::set(1);
-    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    coefficient_file::save(
+        &desk.path().join("coefficients.toml"),
+        &set,
+        &fake::set::sources(),
+    )
+    .unwrap();
     desk.says(&["upload", "--key", "new.key", "coefficients.toml"]);
     desk.refuses(
         &["upload", "coefficients.toml"],
@@ -368,7 +378,12 @@ fn the_log_has_every_change_in_order_with_its_time() {
 fn an_upload_needs_the_key_of_the_board() {
     let desk = Desk::new();
     let set = fake::set::set(1);
-    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    coefficient_file::save(
+        &desk.path().join("coefficients.toml"),
+        &set,
+        &fake::set::sources(),
+    )
+    .unwrap();
     std::fs::write(desk.path().join("no.key"), "not a key").unwrap();
     desk.refuses(
         &["upload", "--key", "no.key", "coefficients.toml"],
@@ -394,7 +409,12 @@ fn every_command_on_a_board_without_a_key_says_how_to_give_it_one() {
     let desk = Desk::with(FakeBoard::unprovisioned(Box::new(Still)));
     fake::key::save(desk.path());
     let set = fake::set::set(1);
-    coefficient_file::save(&desk.path().join("coefficients.toml"), &set).unwrap();
+    coefficient_file::save(
+        &desk.path().join("coefficients.toml"),
+        &set,
+        &fake::set::sources(),
+    )
+    .unwrap();
     for arguments in [
         &["upload", "coefficients.toml"][..],
         &["factory-reset", "--yes"],

@@ -113,7 +113,7 @@ fn what_is_missing_or_changed_is_named_with_what_to_run() {
         fs::write(path, text.trim_end().rsplit_once('\n').unwrap().0).unwrap();
     });
     assert!(
-        said.contains("campaign/captures holds other scans than those"),
+        said.contains("campaign/captures is not what the coefficients were found from"),
         "{said}"
     );
     let none = bench.hexsense(&["characterise", "campaign"]);

@@ -124,7 +124,7 @@ fn a_campaign_that_broke_off_goes_on_from_its_folder_alone() {
     assert!(!part.exists());
     assert_eq!(std::fs::read(campaign.capture_path("zero")).unwrap(), zero);
     assert_eq!(campaign.record("pitch-sine").unwrap().rate_hz, 2_000);
-    let set = coefficient_file::load(&campaign.folder.join("coefficients.toml")).unwrap();
+    let (set, _) = coefficient_file::load(&campaign.folder.join("coefficients.toml")).unwrap();
     assert_eq!(
         set.unix_s, 1_780_000_000,
         "the date is the one it was begun with"

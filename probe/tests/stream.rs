@@ -184,7 +184,12 @@ fn recorded_values_are_bit_for_bit_those_of_the_counts_and_the_noted_set() {
     let port = board(|_| {});
     fake::key::save(folder.path());
     let set = fake::set::set(7);
-    hexsense_probe::coefficient_file::save(&folder.path().join("coefficients.toml"), &set).unwrap();
+    hexsense_probe::coefficient_file::save(
+        &folder.path().join("coefficients.toml"),
+        &set,
+        &fake::set::sources(),
+    )
+    .unwrap();
     assert!(
         hexsense(&port, folder.path(), &["upload", "coefficients.toml"])
             .status

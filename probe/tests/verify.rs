@@ -19,14 +19,16 @@ const CHANNELS: [&str; 9] = ["ax", "ay", "az", "ex", "ey", "ez", "wx", "wy", "wz
 fn calibrated() -> (Bench, CoefficientSet) {
     let bench = Bench::new(|_| {});
     assert!(bench.record("calibrate").status.success());
-    let set = coefficient_file::load(&bench.campaign().folder.join("coefficients.toml")).unwrap();
+    let (set, _) =
+        coefficient_file::load(&bench.campaign().folder.join("coefficients.toml")).unwrap();
     (bench, set)
 }
 
 /// Makes `set` the set of the campaign.
 fn save(bench: &Bench, set: &CoefficientSet) {
-    let path = bench.campaign().folder.join("coefficients.toml");
-    coefficient_file::save(&path, set).unwrap();
+    let campaign = bench.campaign();
+    let path = campaign.folder.join("coefficients.toml");
+    coefficient_file::save(&path, set, &campaign.sources().unwrap()).unwrap();
 }
 
 /// Makes `set` the set of the campaign and of the board, and verifies.

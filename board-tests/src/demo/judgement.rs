@@ -89,7 +89,7 @@ fn replay_all(campaign: &Campaign, held_out: &RecordedRun) -> anyhow::Result<Rep
             sums_equal &= replay(board, &capture).is_ok();
         }
     }
-    let set = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
+    let (set, _) = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
     let values = held_out.capture.values.as_deref().unwrap_or_default();
     Ok(Replay {
         sums,

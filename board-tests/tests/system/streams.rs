@@ -50,7 +50,7 @@ fn streams_at_every_rate() -> anyhow::Result<()> {
         "the note names another set: {note}"
     );
     ensure!(capture.values.is_some(), "no values were recorded");
-    let wrong = first_wrong_values(&capture, &coefficient_file::load(&bench.coefficients())?);
+    let wrong = first_wrong_values(&capture, &coefficient_file::load(&bench.coefficients())?.0);
     ensure!(wrong.is_none(), "the board's values are wrong: {wrong:?}");
     let refused = Told::start(&mut capture_command(
         &bench,
@@ -84,7 +84,7 @@ fn factors(bench: &VirtualBench, board: &Beside) -> anyhow::Result<()> {
     ensure!(channels.len() == CHANNELS, "not all channels: {said}");
     let factors = said["motion"]["factors"].as_array();
     let factors = factors.with_context(|| format!("no factors: {said}"))?;
-    let set = coefficient_file::load(&bench.coefficients())?;
+    let (set, _) = coefficient_file::load(&bench.coefficients())?;
     let mut compared = 0;
     for factor in factors {
         let channel = NAMES.iter().position(|name| factor["channel"] == *name);

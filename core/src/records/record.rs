@@ -77,7 +77,7 @@ pub struct CoefficientSet {
     pub unix_s: u64,
     /// Mean temperature of the board during the campaign, °C.
     pub temperature_c: f32,
-    /// SHA-256 of the campaign's captures.
+    /// SHA-256 of what the campaign found it from: captures, jack programs, geometry file and sensor file.
     pub provenance: [u8; 32],
     /// Linear acceleration, angular acceleration, angular rate.
     pub triads: [TriadCoefficients; 3],

@@ -59,7 +59,7 @@ fn every_fact_is_that_of_its_name() {
         ),
         ("Coefficient set", &identity()),
         (
-            "SHA-256 of the captures",
+            "SHA-256 of captures, programs, geometry and sensor file",
             "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f",
         ),
         ("SHA-256 of the geometry file", &geometry_hash),

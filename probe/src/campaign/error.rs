@@ -55,14 +55,14 @@ pub enum CampaignError {
         /// The command that writes it.
         command: String,
     },
-    /// The captures are not those that the coefficients were found from.
+    /// A file or the captures are not those that the coefficients were found from.
     #[error(
-        "{folder}/captures holds other scans than those that coefficients.toml was found from; put the captures of that \
-         campaign back, or calibrate again in another folder"
+        "{file} is not what the coefficients were found from; put the original back, or calibrate again in another \
+         folder. Nothing has changed on the board"
     )]
-    OtherCaptures {
-        /// The folder.
-        folder: String,
+    OtherSource {
+        /// The file, or the folder of the captures.
+        file: String,
     },
     /// There is no campaign to resume.
     #[error(

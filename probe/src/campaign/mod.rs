@@ -25,19 +25,20 @@
 //! - [`begun`]: how a campaign begins and resumes.
 //! - [`records`]: what is noted of the board and of each run.
 //! - [`results`]: what is found.
+//! - [`sources`]: what the coefficients were found from.
 
 pub mod begun;
 mod error;
 pub mod records;
 pub mod results;
+pub mod sources;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::capture::Capture;
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, SETTINGS};
 use crate::geometry_file::GeometryFile;
 use crate::plan::limits;
 use crate::plan::programs::jack_program;
@@ -108,7 +109,7 @@ impl Campaign {
         let geometry_path = folder.join("geometry.toml");
         let geometry = GeometryFile::parse(
             &geometry_path.display().to_string(),
-            &files::read(&geometry_path)?,
+            &files::read(&geometry_path, SETTINGS)?,
         )?;
         let sensors_path = folder.join("sensors.toml");
         let mut campaign = Self {
@@ -188,7 +189,7 @@ impl Campaign {
     /// Where the scans of a run are.
     #[must_use]
     pub fn capture_path(&self, run: &str) -> PathBuf {
-        self.folder.join("captures").join(format!("{run}.csv"))
+        capture_path(&self.folder, run)
     }
 
     /// SHA-256 of a run's jack program.
@@ -197,25 +198,10 @@ impl Campaign {
         let text = jack_program(run, &self.geometry, self.plan.period_s);
         files::hex(&Sha256::digest(text))
     }
+}
 
-    /// SHA-256 over the captures of the given runs, in that order, as they were recorded: a spreadsheet or git that wrote
-    /// the same numbers in another way does not change it.
-    ///
-    /// # Errors
-    /// [`FileError`].
-    pub fn provenance<'a>(
-        &self,
-        runs: impl IntoIterator<Item = &'a str>,
-    ) -> Result<[u8; 32], FileError> {
-        let mut digest = Sha256::new();
-        for run in runs {
-            let path = self.capture_path(run);
-            let text = files::read(&path)?;
-            let recorded = Capture::as_recorded(&path.display().to_string(), &text)?;
-            digest.update(&*recorded);
-        }
-        Ok(digest.finalize().into())
-    }
+fn capture_path(folder: &Path, run: &str) -> PathBuf {
+    folder.join("captures").join(format!("{run}.csv"))
 }
 
 fn program_path(folder: &Path, run: &Run) -> PathBuf {
@@ -232,7 +218,7 @@ fn other(folder: &Path, what: &str) -> CampaignError {
 /// Whether the file `name` of the folder is absent or has exactly these lines.
 fn same_or_absent(folder: &Path, name: &str, what: &str, text: &str) -> Result<(), CampaignError> {
     let path = folder.join(name);
-    if path.exists() && !files::read(&path)?.lines().eq(text.lines()) {
+    if path.exists() && !files::read(&path, SETTINGS)?.lines().eq(text.lines()) {
         return Err(other(folder, what));
     }
     Ok(())

@@ -6,6 +6,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use hexsense_client::bounds::{self, MAX_COUNT, MAX_RATE_HZ};
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::harmonics::ChannelSums;
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::{Campaign, CampaignError, other};
 use crate::analysis;
 use crate::capture::Capture;
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, NOTES};
 use crate::known_board;
 use crate::plan::{Purpose, Run};
 
@@ -83,6 +84,40 @@ pub struct BoardSums {
     pub channels: [ChannelSums; CHANNELS],
 }
 
+impl RunRecord {
+    /// Refuses numbers that no board and no recording have.
+    fn check(&self, file: &str) -> Result<(), FileError> {
+        let within = |key, value: u64, limit: u64| match value <= limit {
+            true => Ok(()),
+            false => Err(FileError::value(
+                file,
+                key,
+                value,
+                format!("it must be at most {limit}"),
+            )),
+        };
+        if !(1..=MAX_RATE_HZ).contains(&self.rate_hz) {
+            let limit = format!("it must be 1 to {MAX_RATE_HZ}");
+            return Err(FileError::value(file, "rate_hz", self.rate_hz, limit));
+        }
+        within("scans", self.scans, MAX_COUNT)?;
+        within("scans_lost", self.scans_lost, MAX_COUNT)?;
+        within("onset_scan", self.onset_scan.unwrap_or(0), MAX_COUNT)?;
+        for sums in &self.board_sums {
+            within("board_sums.first_scan", sums.first_scan, MAX_COUNT)?;
+            sums.drive.check().map_err(|error| {
+                FileError::value(
+                    file,
+                    "board_sums.drive",
+                    format!("{:?}", sums.drive),
+                    error.to_string(),
+                )
+            })?;
+        }
+        Ok(())
+    }
+}
+
 impl Campaign {
     /// Whether the campaign was begun with this board, or with none yet.
     ///
@@ -132,7 +167,13 @@ impl Campaign {
     /// # Errors
     /// [`FileError`].
     pub fn board(&self) -> Result<BoardRecord, FileError> {
-        read_json(&self.folder.join("board.json"))
+        let path = self.folder.join("board.json");
+        let record: BoardRecord = read_json(&path)?;
+        bounds::facts(&record.facts).map_err(|error| FileError::Syntax {
+            file: path.display().to_string(),
+            problem: error.to_string(),
+        })?;
+        Ok(record)
     }
 
     /// Length of everything that is recorded to calibrate and to verify, s: what passes at least between the first run
@@ -188,7 +229,9 @@ impl Campaign {
     /// another program than the plan has now.
     pub fn record(&self, run: &str) -> Result<RunRecord, CampaignError> {
         self.require(run)?;
-        let record: RunRecord = read_json(&self.record_path(run))?;
+        let path = self.record_path(run);
+        let record: RunRecord = read_json(&path)?;
+        record.check(&path.display().to_string())?;
         let planned = self.plan.run(run).map(|run| self.program_hash(run));
         if planned.as_ref() != Some(&record.program_sha256) {
             return Err(other(
@@ -238,7 +281,7 @@ pub(super) fn remove(path: &Path) -> Result<(), FileError> {
 }
 
 pub(super) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
-    serde_json::from_str(&files::read(path)?).map_err(|error| FileError::Syntax {
+    serde_json::from_str(&files::read(path, NOTES)?).map_err(|error| FileError::Syntax {
         file: path.display().to_string(),
         problem: error.to_string(),
     })

@@ -5,11 +5,12 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use hexsense_client::bounds::MAX_COUNT;
 use hexsense_core::channel::{CHANNELS, INERTIAL};
 use tables::{Cells, Format, Problem, Table};
 
 use super::{Capture, header};
-use crate::files::{self, FileError};
+use crate::files::{self, CAPTURE, FileError};
 
 /// The last row of a capture that broke off, when it is not whole; the reader passes over it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +37,7 @@ impl Capture {
     /// # Errors
     /// [`FileError`] with the line and column of the first thing that is wrong.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Self::parse(&path.display().to_string(), &files::read(path)?)
+        Self::parse(&path.display().to_string(), &files::read(path, CAPTURE)?)
     }
 
     /// Reads `text`, which came from `file` and is complete.
@@ -72,7 +73,7 @@ impl Capture {
     /// # Errors
     /// [`FileError`]; a row that is wrong before the last one is damage, not the end of a recording.
     pub fn salvage(path: &Path) -> Result<(Self, Option<Torn>), FileError> {
-        Self::rows(&path.display().to_string(), &files::read(path)?)
+        Self::rows(&path.display().to_string(), &files::read(path, CAPTURE)?)
     }
 
     /// All whole rows, and the torn one.
@@ -106,6 +107,11 @@ impl Capture {
             column: 0,
         };
         let scan = fields.next()?;
+        if scan > MAX_COUNT {
+            return Err(format!(
+                "column 1: scan {scan} is beyond {MAX_COUNT}, to which no board counts"
+            ));
+        }
         if let Some(last) = self.scans.last().filter(|last| **last >= scan) {
             return Err(format!("scan {scan} does not follow scan {last}"));
         }

@@ -42,7 +42,7 @@ impl CaptureWriter {
             file: part.display().to_string(),
             reason,
         };
-        let file = File::create(&part).map_err(write_error)?;
+        let file = files::create(&part).map_err(write_error)?;
         files::sync_folder_of(&part);
         let mut writer = Self {
             path: path.to_owned(),
@@ -204,6 +204,7 @@ impl Syncer {
 mod tests {
     use super::super::Gap;
     use super::*;
+    use crate::files::CAPTURE;
     use hexsense_core::channel::INERTIAL;
     use hexsense_core::sampling::BLOCK;
     use hexsense_core::wire::StreamContent;
@@ -293,7 +294,7 @@ mod tests {
         let (capture, torn) = Capture::salvage(&part).unwrap();
         assert_eq!(capture.scans, (160..176).collect::<Vec<_>>());
         assert_eq!(torn, None);
-        let text = files::read(&part).unwrap();
+        let text = files::read(&part, CAPTURE).unwrap();
         fs::write(&part, &text[..text.len() - 3]).unwrap();
         let (capture, torn) = Capture::salvage(&part).unwrap();
         assert_eq!(capture.scans.len(), BLOCK - 1);
@@ -312,7 +313,7 @@ mod tests {
         let part = files::part_of(&path);
         let mut writer = CaptureWriter::create(&path, true).unwrap();
         writer.push(&block(160)).unwrap();
-        let whole = files::read(&part).unwrap();
+        let whole = files::read(&part, CAPTURE).unwrap();
         // Half of a row has gone through, and then the disk is full.
         fs::write(&part, whole.clone() + "176,1000,").unwrap();
         let full = io::Error::from(io::ErrorKind::StorageFull);
@@ -322,13 +323,27 @@ mod tests {
             "{error}"
         );
         assert!(error.contains("16 scans before are in it"), "{error}");
-        assert_eq!(files::read(&part).unwrap(), whole);
+        assert_eq!(files::read(&part, CAPTURE).unwrap(), whole);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_the_place_of_a_recording_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["run.csv", "other"].map(|name| folder.path().join(name));
+        fs::write(&other, "mine").unwrap();
+        std::os::unix::fs::symlink(&other, files::part_of(&path)).unwrap();
+        let mut writer = CaptureWriter::create(&path, true).unwrap();
+        writer.push(&block(160)).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(fs::read_to_string(&other).unwrap(), "mine");
+        assert_eq!(Capture::load(&path).unwrap().scans.len(), BLOCK);
     }
 
     #[test]
     fn a_damaged_row_is_refused_with_its_line() {
         let (_folder, path) = written(&[block(160)]);
-        let text = files::read(&path).unwrap();
+        let text = files::read(&path, CAPTURE).unwrap();
         let problem = |text: &str| Capture::parse("run.csv", text).unwrap_err().to_string();
         assert!(
             problem(&text.replace("\n162,", "\n162,x")).starts_with("run.csv, line 4: column 2")

@@ -11,6 +11,7 @@ use crate::interrupt::Interrupt;
 use crate::key_file::{self, KeyFileError};
 use crate::motion::{Motion, MotionError, Operator, Twin};
 use crate::sensor_file::SensorFile;
+use crate::terminal::{OutputError, Screen, say, tell};
 use hexsense_client::{Client, LinkError};
 
 /// The board's port.
@@ -111,7 +112,7 @@ impl Controller {
             Some(address) => Box::new(Twin::connect(address)?),
             None => Box::new(Operator::new(
                 BufReader::new(io::stdin()),
-                io::stderr(),
+                Screen,
                 interrupt.clone(),
             )),
         })
@@ -144,9 +145,13 @@ fn seconds(text: &str) -> Result<u64, String> {
 }
 
 /// Prints the gravity that gains are computed with, and a warning when it may be of another place.
-pub fn print_gravity(sensors: &SensorFile) {
-    println!("gravity: {}", sensors.gravity);
+///
+/// # Errors
+/// [`OutputError`].
+pub fn print_gravity(sensors: &SensorFile) -> Result<(), OutputError> {
+    say!("gravity: {}", sensors.gravity)?;
     if let Some(warning) = sensors.gravity.warning() {
-        eprintln!("warning: {warning}");
+        tell!("warning: {warning}");
     }
+    Ok(())
 }

@@ -16,6 +16,7 @@ use crate::plan::{Purpose, Run};
 use crate::record::board::{board_record, ready};
 use crate::record::run::Settings;
 use crate::record::sequence::SequenceJob;
+use crate::terminal::{self, say, tell};
 
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
@@ -70,7 +71,7 @@ impl Calibrate {
     /// Files, link, motion controller and analysis.
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, begun) = self.campaign()?;
-        print_gravity(&campaign.sensors);
+        print_gravity(&campaign.sensors)?;
         campaign.check_complete()?;
         // The board must be able to use them; that is seen before anything moves.
         let (base, jacks) = base_and_jacks(&campaign);
@@ -84,29 +85,30 @@ impl Calibrate {
         }
         let runs: Vec<&Run> = campaign.plan.runs_to(Purpose::Calibrate).collect();
         let (board, has_key) = self.record(&campaign, &begun, &runs)?;
-        eprintln!("analysing");
+        tell!("analysing");
         let evaluation = report::evaluate(&campaign)?;
         let unix_s = begun.date_unix_s;
         let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
-        let set = evaluation.coefficient_set(&campaign, board, unix_s)?;
+        let sources = campaign.sources()?;
+        let set = evaluation.coefficient_set(&campaign, &sources, board, unix_s)?;
         let results = &evaluation.analysis.results;
-        print!("{}", table(results));
+        terminal::print(&table(results))?;
         for warning in &results.warnings {
-            eprintln!("warning: {warning}");
+            tell!("warning: {warning}");
         }
         report::write(&campaign, &set, &evaluation, None)?;
         campaign.note_results(results)?;
         campaign.note_characteristics(&evaluation.characterisation.characteristics)?;
-        coefficient_file::save(&coefficients, &set)?;
-        println!("written: {}", coefficients.display());
+        coefficient_file::save(&coefficients, &set, &sources)?;
+        say!("written: {}", coefficients.display())?;
         let port = &self.port.port;
         if !has_key {
-            println!("next: hexsense provision --port {port}, for the board has no key yet");
+            say!("next: hexsense provision --port {port}, for the board has no key yet")?;
         }
-        println!(
+        say!(
             "next: hexsense upload --port {port} {}",
             campaign.folder.display()
-        );
+        )?;
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use crate::record::RecordError;
 use crate::record::board::Streaming;
 use crate::record::sink::Recorded;
 use crate::record::timed::{TimedError, TimedJob};
+use crate::terminal::{say, tell};
 
 /// Record what the board measures into a CSV file, with a note beside it.
 ///
@@ -99,13 +100,13 @@ impl Capture {
             TimedError { reason, .. } => anyhow::Error::from(reason),
         })?;
         if recorded.lost > 0 {
-            eprintln!(
+            tell!(
                 "{} scans did not arrive, in {} gaps; the file has no rows for them",
                 recorded.lost,
                 recorded.gaps.len()
             );
         }
-        println!("written: {}, {} scans", self.out.display(), recorded.scans);
+        say!("written: {}, {} scans", self.out.display(), recorded.scans)?;
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use crate::plan::{Purpose, Run};
 use crate::record::board::{board_record, ready};
 use crate::record::run::Settings;
 use crate::record::sequence::SequenceJob;
+use crate::terminal::{self, say};
 
 /// Measure the motion system itself: how the pose of the base follows the command.
 ///
@@ -54,12 +55,12 @@ impl Characterise {
             .map(|run| campaign.recorded(run))
             .collect::<Result<Vec<_>, _>>()?;
         let found = characterise(&campaign, &fitted)?.characteristics;
-        print!("{}", table(&found));
+        terminal::print(&table(&found))?;
         campaign.note_characteristics(&found)?;
         let folder = campaign.folder.display();
-        println!("written: {folder}/characteristics.json");
+        say!("written: {folder}/characteristics.json")?;
         if campaign.coefficients_path().is_ok() {
-            println!("next: hexsense report {folder}, to see it in the report");
+            say!("next: hexsense report {folder}, to see it in the report")?;
         }
         Ok(())
     }

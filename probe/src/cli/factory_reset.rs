@@ -8,6 +8,7 @@ use clap::Args;
 use super::arguments::{Key, Port};
 use super::history::table;
 use crate::files;
+use crate::terminal::{self, Screen, say, tell};
 
 /// Erase all coefficient sets that the board keeps. It keeps measuring without coefficients; its key and its log stay.
 ///
@@ -34,16 +35,16 @@ impl FactoryReset {
         let mut client = self.port.open()?;
         let board = files::hex(&client.identity()?.board);
         let history = client.history()?;
-        eprintln!("board {board} keeps {}", sets(history.len()));
+        tell!("board {board} keeps {}", sets(history.len()));
         if !history.is_empty() {
-            eprint!("{}", table(&history, client.active_set()?));
+            terminal::tell_text(&table(&history, client.active_set()?));
         }
         if !self.yes {
             ensure!(
                 io::stdin().is_terminal(),
                 "standard input is no terminal, so the question cannot be asked, and nothing was erased; add --yes to erase without asking"
             );
-            confirm(io::stdin().lock(), io::stderr())?;
+            confirm(io::stdin().lock(), Screen)?;
         }
         let erased = client.factory_reset(&key)?;
         if client.active_set()?.is_some() || !client.history()?.is_empty() {
@@ -51,11 +52,11 @@ impl FactoryReset {
                 "the board still keeps sets after the reset; see `hexsense history` and try again"
             );
         }
-        println!(
+        say!(
             "erased {}; the board has no coefficients now",
             sets(erased.len())
-        );
-        println!("its key stays, and so does its log, which has the reset as its last entry");
+        )?;
+        say!("its key stays, and so does its log, which has the reset as its last entry")?;
         Ok(())
     }
 }

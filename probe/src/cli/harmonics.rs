@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::arguments::Port;
 use crate::figure::number::{rounded, significant};
+use crate::terminal;
 use hexsense_client::{Client, LinkError};
 
 /// Coordinates of a motion with their units.
@@ -52,14 +53,21 @@ impl Harmonics {
     /// # Errors
     /// What the link reports, and sums that are not complete.
     pub fn run(self) -> anyhow::Result<()> {
-        let found = Found::ask(&mut self.port.open()?, self.analyser)?;
-        if self.json {
-            println!("{}", found.to_json());
-        } else {
-            print!("{}", found.table());
-        }
-        Ok(())
+        let text = text(&mut self.port.open()?, self.analyser, self.json)?;
+        Ok(terminal::print(&text)?)
     }
+}
+
+/// What the command prints of a board and one of its analysers, 0 to 2.
+///
+/// # Errors
+/// What the link reports.
+pub fn text(client: &mut Client, analyser: u8, json: bool) -> anyhow::Result<String> {
+    let found = Found::ask(client, analyser)?;
+    Ok(match json {
+        true => format!("{}\n", found.to_json()),
+        false => found.table(),
+    })
 }
 
 /// The board's answers.

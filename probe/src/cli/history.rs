@@ -7,6 +7,8 @@ use serde_json::{Value, json};
 
 use super::arguments::Port;
 use crate::date::utc;
+use crate::terminal::{self, one_line};
+use hexsense_client::Client;
 
 /// Print the coefficient sets that the board keeps, newest first: the last eight that were uploaded.
 ///
@@ -28,31 +30,39 @@ impl History {
     /// # Errors
     /// What the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let mut client = self.port.open()?;
-        let history = client.history()?;
-        let active = client.read_set()?;
-        let base = active
-            .as_ref()
-            .and_then(|(_, encoded)| CoefficientSet::decode(encoded).ok())
-            .map(|set| set.geometry.to_string());
-        let active = active.map(|(active, _)| active);
-        if self.json {
-            println!("{}", to_json(&history, active, base.as_deref()));
-            return Ok(());
-        }
-        if history.is_empty() {
-            println!("the board keeps no coefficients; calibrate and upload a set");
-            return Ok(());
-        }
-        print!("{}", table(&history, active));
-        match (active, base) {
-            (Some(active), Some(base)) => {
-                println!("active: set {}, made for base {base}", active.id);
-            }
-            _ => println!("active: no set of these; they were made for another board"),
-        }
-        Ok(())
+        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
     }
+}
+
+/// What the command prints of a board.
+///
+/// # Errors
+/// What the link reports.
+pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+    let history = client.history()?;
+    let active = client.read_set()?;
+    let base = active
+        .as_ref()
+        .and_then(|(_, encoded)| CoefficientSet::decode(encoded).ok())
+        .map(|set| set.geometry.to_string());
+    let active = active.map(|(active, _)| active);
+    if json {
+        return Ok(format!("{}\n", to_json(&history, active, base.as_deref())));
+    }
+    if history.is_empty() {
+        return Ok("the board keeps no coefficients; calibrate and upload a set\n".to_owned());
+    }
+    let last = match (active, base) {
+        (Some(active), Some(base)) => {
+            format!(
+                "active: set {}, made for base {}\n",
+                active.id,
+                one_line(&base)
+            )
+        }
+        _ => "active: no set of these; they were made for another board\n".to_owned(),
+    };
+    Ok(table(&history, active) + &last)
 }
 
 /// The sets as a table for people; the active one is marked.

@@ -8,6 +8,8 @@ use super::status::key;
 use crate::board_events;
 use crate::campaign::BoardRecord;
 use crate::record::board::board_record;
+use crate::terminal::{self, one_line};
+use hexsense_client::Client;
 
 /// Print the identity of the board, its firmware, why it last started and whether it has a key; `hexsense status` prints
 /// its state.
@@ -29,36 +31,44 @@ impl Info {
     /// # Errors
     /// What the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let mut client = self.port.open()?;
-        let identity = client.identity()?;
-        let BoardRecord {
-            board,
-            hardware,
-            firmware,
-            wire,
-            build,
-            ..
-        } = board_record(&client, &identity);
-        let last_start = board_events::cause(identity.reset);
-        let provisioned = client.status()?.provisioned;
-        if self.json {
-            let document = json!({
-                "board": board,
-                "hardware": hardware,
-                "firmware": firmware,
-                "build": build,
-                "wire": wire,
-                "last_start": last_start,
-                "provisioned": provisioned,
-            });
-            println!("{document}");
-            return Ok(());
-        }
-        let build = build.as_deref().unwrap_or("not known");
-        println!("board          {board} ({hardware})");
-        println!("firmware       {firmware}, build {build}, wire version {wire}");
-        println!("last start     {last_start}");
-        println!("key            {}", key(provisioned));
-        Ok(())
+        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
     }
+}
+
+/// What the command prints of a board.
+///
+/// # Errors
+/// What the link reports.
+pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+    let identity = client.identity()?;
+    let BoardRecord {
+        board,
+        hardware,
+        firmware,
+        wire,
+        build,
+        ..
+    } = board_record(client, &identity);
+    let last_start = board_events::cause(identity.reset);
+    let provisioned = client.status()?.provisioned;
+    if json {
+        let document = json!({
+            "board": board,
+            "hardware": hardware,
+            "firmware": firmware,
+            "build": build,
+            "wire": wire,
+            "last_start": last_start,
+            "provisioned": provisioned,
+        });
+        return Ok(format!("{document}\n"));
+    }
+    let build = build.as_deref().unwrap_or("not known");
+    let (hardware, key) = (one_line(&hardware), key(provisioned));
+    Ok(format!(
+        "board          {board} ({hardware})\n\
+         firmware       {firmware}, build {build}, wire version {wire}\n\
+         last start     {last_start}\n\
+         key            {key}\n"
+    ))
 }

@@ -9,6 +9,8 @@ use serde_json::{Value, json};
 
 use super::arguments::Port;
 use crate::date::utc;
+use crate::terminal;
+use hexsense_client::Client;
 
 /// Print every change of the board's coefficients and key, oldest first.
 ///
@@ -31,25 +33,31 @@ impl Log {
     /// # Errors
     /// What the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let log = self.port.open()?.log(1)?;
-        let missing = missing(&log);
-        if self.json {
-            println!("{}", to_json(&log, &missing));
-            return Ok(());
-        }
-        if log.is_empty() {
-            println!("the log is empty: nothing on this board has ever been changed");
-            return Ok(());
-        }
-        print!("{}", table(&log));
-        for Range { start, end } in missing {
-            let last = end - 1;
-            println!(
-                "changes {start} to {last} ARE MISSING: the flash does not give their entries back any more"
-            );
-        }
-        Ok(())
+        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
     }
+}
+
+/// What the command prints of a board.
+///
+/// # Errors
+/// What the link reports.
+pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+    let log = client.log(1)?;
+    let missing = missing(&log);
+    if json {
+        return Ok(format!("{}\n", to_json(&log, &missing)));
+    }
+    if log.is_empty() {
+        return Ok("the log is empty: nothing on this board has ever been changed\n".to_owned());
+    }
+    let mut text = table(&log);
+    for Range { start, end } in missing {
+        let last = end - 1;
+        text += &format!(
+            "changes {start} to {last} ARE MISSING: the flash does not give their entries back any more\n"
+        );
+    }
+    Ok(text)
 }
 
 fn table(log: &[Entry]) -> String {

@@ -1,7 +1,7 @@
 //! The commands of `hexsense`, one file each.
 //!
 //! Each file holds arguments, calls into the library, and what is printed; the work is done in the library's rooms. Results
-//! go to standard output, progress to standard error. A command that fails prints one message, which says what to do, and
+//! go to standard output, progress to standard error, all of it through [`crate::terminal`]. A command that fails prints one message, which says what to do, and
 //! ends with a status that is not zero: 130 after a request to stop.
 
 mod arguments;
@@ -12,28 +12,28 @@ mod characterise;
 #[cfg(test)]
 mod documents;
 mod factory_reset;
-mod harmonics;
-mod history;
-mod info;
+pub mod harmonics;
+pub mod history;
+pub mod info;
 mod kinematics;
-mod log;
+pub mod log;
 mod new;
 mod plan;
 mod progress;
 mod provision;
 mod report;
 mod rollback;
-mod show;
-mod status;
+pub mod show;
+pub mod status;
 mod upload;
 mod verify;
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::interrupt;
+use crate::terminal::tell;
 
 /// Calibrates the inertial sensors of a flight simulator where they stand: its motion base is driven along known
 /// movements, the jacks give the true pose, and the sensors' signals are fitted to it.
@@ -98,8 +98,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // The terminal may be what went away.
-            let _ = writeln!(io::stderr(), "hexsense: {error}");
+            tell!("hexsense: {error}");
             if interrupt::is_behind(error.as_ref()) {
                 interrupt::STATUS.into()
             } else {

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use crate::files;
 use crate::geometry_file::GeometryFile;
 use crate::templates;
+use crate::terminal::say;
 
 /// Write a geometry, sensor or plan file to start from, in which every key is explained.
 ///
@@ -58,7 +59,7 @@ impl New {
             ),
         };
         files::replace(&self.file, &text)?;
-        println!("written: {file}; change its numbers, then check it with: {next}");
+        say!("written: {file}; change its numbers, then check it with: {next}")?;
         Ok(())
     }
 }

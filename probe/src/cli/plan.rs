@@ -17,6 +17,7 @@ use crate::plan::margins::margins;
 use crate::plan::uses::Use;
 use crate::plan::{Plan as Movements, Run, campaign};
 use crate::sensor_file::SensorFile;
+use crate::terminal::{self, one_line, say};
 
 /// Print the movements of a campaign and how much of stroke, speed, acceleration and hinge angles they use; refuse
 /// unsafe ones.
@@ -65,22 +66,22 @@ impl Plan {
             Some(sensors) => Some(forecast(&plan, &geometry, sensors)?),
             None => None,
         };
-        print!("{}", table(&plan, &checked, &geometry));
+        terminal::print(&table(&plan, &checked, &geometry))?;
         if let Some(sensors) = &sensors {
-            print_gravity(sensors);
+            print_gravity(sensors)?;
         }
         if let Some(forecast) = &forecast {
-            print!("\n{}", predicted(forecast));
+            terminal::print(&format!("\n{}", predicted(forecast)))?;
         }
         if let Some(folder) = &self.out {
             refuse_other_plan(folder, &plan)?;
             Campaign::write_plan(folder, &plan, &geometry)?;
             files::replace(&folder.join("margins.svg"), &margins(&plan, &geometry))?;
             files::replace(&folder.join("base.svg"), &base_figure::page(&geometry))?;
-            println!(
+            say!(
                 "written: {0}/geometry.toml, {0}/plan.toml, {0}/programs/*.csv, {0}/margins.svg, {0}/base.svg",
                 folder.display()
-            );
+            )?;
         }
         Ok(())
     }
@@ -102,7 +103,7 @@ fn table(plan: &Movements, checked: &[Checked], geometry: &GeometryFile) -> Stri
     let mut text = format!(
         "{}: jacks {} to {} m, home at {:.4} m{}{}\n\n\
          run          for          movement                     time     stroke  speed  accel.  hinges  cond(J)\n",
-        geometry.name,
+        one_line(&geometry.name),
         base.length_min_m(),
         base.length_max_m(),
         base.home_height_m(),

@@ -7,6 +7,7 @@ use super::broken_off::of_sequence;
 use crate::motion::Motion;
 use crate::record::event::Event;
 use crate::record::sequence::SequenceJob;
+use crate::terminal::tell;
 
 /// Records the runs of `job` and shows how it goes; `again` is the command that goes on after a failure.
 ///
@@ -33,7 +34,7 @@ impl Progress {
     /// Shows one.
     pub fn show(&mut self, event: &Event) {
         if let Some(text) = event.text() {
-            eprintln!("{text}");
+            tell!("{text}");
         }
         match (event, &self.bar) {
             (Event::Begins { run, duration_s }, _) => self.bar = Some(bar(run, *duration_s)),

@@ -6,6 +6,7 @@ use anyhow::ensure;
 use clap::Args;
 
 use super::arguments::{Key, Port};
+use crate::terminal::say;
 use crate::{files, key_file};
 
 /// Give the board a key; from then on it takes changes (upload, rollback, factory-reset, another key) only with it.
@@ -57,8 +58,8 @@ impl Provision {
         sent.map_err(|error| {
             anyhow::anyhow!("{error}\n{file} stays as it is: the same command uses its key again")
         })?;
-        println!("board {board} takes changes only with the key in {file} from now on");
-        println!("keep this file and a copy of it: the board never gives the key back");
+        say!("board {board} takes changes only with the key in {file} from now on")?;
+        say!("keep this file and a copy of it: the board never gives the key back")?;
         Ok(())
     }
 }

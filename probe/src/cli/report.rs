@@ -6,12 +6,13 @@ use clap::Args;
 use hexsense_core::records::CoefficientSet;
 
 use crate::analysis::held_out;
-use crate::campaign::{Campaign, CampaignError, Given};
-use crate::coefficient_file;
+use crate::campaign::{Campaign, CampaignError, Given, sources};
+use crate::coefficient_file::{self, Sources};
 use crate::evaluation::{Evaluation, EvaluationError};
 use crate::files;
 use crate::plan::Purpose;
 use crate::report::{ReportInput, Verified, render};
+use crate::terminal::{say, tell};
 
 /// Render the report of a finished campaign again, without a board.
 ///
@@ -32,14 +33,14 @@ impl Report {
     /// Files that are missing or cannot be used, and what the evaluation refuses.
     pub fn run(self) -> anyhow::Result<()> {
         let (campaign, _) = Given::default().resume(&self.folder)?;
-        let set = coefficient_file::load(&campaign.coefficients_path()?)?;
+        let (set, found_from) = coefficient_file::load(&campaign.coefficients_path()?)?;
         let noted = campaign.results()?;
-        check_captures(&campaign, &set)?;
+        check_sources(&campaign, &found_from)?;
         let evaluation = evaluate(&campaign)?;
         if evaluation.analysis.results == noted {
-            eprintln!("the recordings give the numbers of results.json again");
+            tell!("the recordings give the numbers of results.json again");
         } else {
-            eprintln!(
+            tell!(
                 "warning: the recordings give other numbers than results.json holds, which another version of hexsense \
                  wrote; the report has the new ones"
             );
@@ -48,18 +49,13 @@ impl Report {
     }
 }
 
-/// Whether the recordings are those that the set was found from.
-fn check_captures(campaign: &Campaign, set: &CoefficientSet) -> Result<(), CampaignError> {
-    let runs: Vec<_> = campaign.plan.runs_to(Purpose::Calibrate).collect();
-    for run in &runs {
+/// Whether recordings, plan, geometry and sensors are those that the set was found from.
+fn check_sources(campaign: &Campaign, found_from: &Sources) -> Result<(), CampaignError> {
+    for run in campaign.plan.runs_to(Purpose::Calibrate) {
         campaign.record(&run.name)?;
     }
-    if campaign.provenance(runs.iter().map(|run| run.name.as_str()))? == set.provenance {
-        return Ok(());
-    }
-    Err(CampaignError::OtherCaptures {
-        folder: campaign.folder.display().to_string(),
-    })
+    // A campaign that opens and has every record has every file.
+    sources::check(&campaign.folder, found_from).map(drop)
 }
 
 /// Writes the report with the held-out movement, if the campaign is verified.
@@ -88,7 +84,7 @@ fn write_verified(
 /// [`EvaluationError`].
 pub fn evaluate(campaign: &Campaign) -> Result<Evaluation, EvaluationError> {
     let evaluation = Evaluation::new(campaign)?;
-    eprintln!(
+    tell!(
         "{} harmonic sums of the board: each is the integer that the capture gives",
         evaluation.sums
     );
@@ -125,6 +121,6 @@ pub fn write(
     })?;
     let path = campaign.folder.join("report.html");
     files::replace(&path, &page)?;
-    println!("written: {}", path.display());
+    say!("written: {}", path.display())?;
     Ok(())
 }

@@ -7,6 +7,7 @@ use hexsense_core::wire::message::Kept;
 
 use super::arguments::{Key, Port};
 use crate::date::utc;
+use crate::terminal::{one_line, say};
 
 /// Make one of the coefficient sets that the board keeps active again, and prove it by reading it back.
 ///
@@ -43,11 +44,15 @@ impl Rollback {
              twice",
             CoefficientSet::id_of(&encoded)
         );
-        println!(
+        say!(
             "set {id}, which was uploaded with change {}, is active again and reads back with this identity",
             active.sequence
-        );
-        println!("it was made {} for base {}", utc(set.unix_s), set.geometry);
+        )?;
+        say!(
+            "it was made {} for base {}",
+            utc(set.unix_s),
+            one_line(&set.geometry)
+        )?;
         Ok(())
     }
 }

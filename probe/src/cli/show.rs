@@ -8,6 +8,7 @@ use hexsense_core::wire::{PoseReport, StreamContent};
 use serde_json::json;
 
 use super::arguments::Port;
+use crate::terminal::{self, one_line};
 use crate::{board_pose, coefficient_file};
 use hexsense_client::{Client, LinkError};
 
@@ -31,32 +32,36 @@ impl Show {
     /// # Errors
     /// What the link reports, and a set that does not decode.
     pub fn run(self) -> anyhow::Result<()> {
-        let mut client = self.port.open()?;
-        let Some((active, encoded)) = client.read_set()? else {
-            if self.json {
-                println!("{}", json!({"id": null}));
-            } else {
-                println!("the board has no coefficients; calibrate and upload a set");
-            }
-            return Ok(());
-        };
-        let set = CoefficientSet::decode(&encoded)?;
-        let pose = current_pose(&mut client)?;
-        if self.json {
-            let mut document = coefficient_file::to_json(&set)?;
-            document["sequence"] = active.sequence.into();
-            document["pose"] = board_pose::to_json(&pose, &set)?;
-            println!("{document}");
-        } else {
-            println!(
-                "set {}, uploaded with change {} of this board, base {}",
-                active.id, active.sequence, set.geometry
-            );
-            print!("{}", coefficient_file::table(&set));
-            print!("\n{}", board_pose::line(&pose, &set)?);
-        }
-        Ok(())
+        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
     }
+}
+
+/// What the command prints of a board.
+///
+/// # Errors
+/// What the link reports, and a set that does not decode.
+pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+    let Some((active, encoded)) = client.read_set()? else {
+        return Ok(match json {
+            true => format!("{}\n", json!({"id": null})),
+            false => "the board has no coefficients; calibrate and upload a set\n".to_owned(),
+        });
+    };
+    let set = CoefficientSet::decode(&encoded)?;
+    let pose = current_pose(client)?;
+    if json {
+        let mut document = coefficient_file::to_json(&set)?;
+        document["sequence"] = active.sequence.into();
+        document["pose"] = board_pose::to_json(&pose, &set)?;
+        return Ok(format!("{document}\n"));
+    }
+    let base = one_line(&set.geometry);
+    let head = format!(
+        "set {}, uploaded with change {} of this board, base {base}\n",
+        active.id, active.sequence
+    );
+    let pose = board_pose::line(&pose, &set)?;
+    Ok(format!("{head}{}\n{pose}", coefficient_file::table(&set)))
 }
 
 /// The board's next pose.

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::arguments::Port;
 use crate::board_events;
 use crate::record::board::Streaming;
+use crate::terminal::{self, one_line};
 use hexsense_client::client::SumsReport;
 use hexsense_client::{Client, LinkError};
 
@@ -40,14 +41,20 @@ impl Status {
     /// # Errors
     /// What the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let reading = Reading::take(&mut self.port.open()?)?;
-        if self.json {
-            println!("{}", reading.to_json());
-        } else {
-            print!("{}", reading.table());
-        }
-        Ok(())
+        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
     }
+}
+
+/// What the command prints of a board.
+///
+/// # Errors
+/// What the link reports.
+pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+    let reading = Reading::take(client)?;
+    Ok(match json {
+        true => format!("{}\n", reading.to_json()),
+        false => reading.table(),
+    })
 }
 
 /// The board's answers.
@@ -136,7 +143,7 @@ impl Reading {
         lines.push(("starts", board_events::starts(&status.resets)));
         lines.push(("stack", stack(status.stack)));
         let panic = status.panic.as_deref().unwrap_or("none");
-        lines.push(("last panic", panic.to_owned()));
+        lines.push(("last panic", one_line(panic).to_string()));
         let row = |(name, text): (&str, String)| format!("{name:<14} {text}\n");
         lines.into_iter().map(row).collect()
     }
@@ -196,6 +203,7 @@ impl Reading {
     /// Blocks that are still to be summed.
     fn blocks_left(&self, report: &SumsReport) -> u64 {
         let (status, blocks) = (&self.status, u64::from(report.drive.blocks));
+        // Each is below 2^53.
         let next_scan = status.scans + status.scans_lost;
         match report.state {
             AnalyserState::Idle | AnalyserState::Complete => 0,

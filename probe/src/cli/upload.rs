@@ -1,16 +1,20 @@
 //! `hexsense upload`: a coefficient set onto the board.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED};
 
 use super::arguments::{Key, Port};
+use crate::campaign::sources;
+use crate::terminal::{say, tell};
 use crate::{coefficient_file, files};
 
 /// Store a coefficient set on the board, and prove it by reading it back.
 ///
-/// When the upload breaks off, the old set is still active. The board keeps the set through power cuts. It takes the set
+/// The file must be as `hexsense calibrate` wrote it, and so must be the captures, the plan, the geometry file and the
+/// sensor file that it was found from, as far as they lie beside it; what is not there is named as not checked. When the
+/// upload breaks off, the old set is still active. The board keeps the set through power cuts. It takes the set
 /// only with its key (see `hexsense provision`), and notes the change in its log (see `hexsense log`).
 #[derive(Args)]
 pub struct Upload {
@@ -34,7 +38,11 @@ impl Upload {
         } else {
             self.from
         };
-        let set = coefficient_file::load(&path)?;
+        let (set, found_from) = coefficient_file::load(&path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for unseen in sources::check(folder, &found_from)? {
+            tell!("not checked: {unseen}");
+        }
         let key = self.key.load()?;
         let mut client = self.port.open()?;
         let board = client.identity()?.board;
@@ -49,11 +57,11 @@ impl Upload {
         let mut buffer = [0; MAX_ENCODED];
         let encoded = set.encode(&mut buffer)?;
         let active = client.upload(encoded, &key)?;
-        println!(
+        say!(
             "set {} is active (change {} of this board) and reads back identical",
             CoefficientSet::id_of(encoded),
             active.sequence
-        );
+        )?;
         Ok(())
     }
 }

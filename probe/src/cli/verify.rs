@@ -24,6 +24,7 @@ use crate::record::sequence::SequenceJob;
 use crate::replay::{WrongValues, first_wrong_values};
 use crate::report::Verified;
 use crate::sensor_file::SensorFile;
+use crate::terminal::{self, say, tell};
 use hexsense_client::Client;
 
 /// Prove the board's coefficients on a movement that they were not fitted to.
@@ -74,7 +75,7 @@ impl Verify {
             },
         )?;
         let run = campaign.first_run_to(Purpose::Verify)?;
-        let ours = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
+        let (ours, _) = coefficient_file::load(&campaign.folder.join("coefficients.toml"))?;
         let (mut client, id) = self.record(&campaign, run, &ours)?;
         let poses = check_poses(&campaign, run, &client.take_poses(), &ours, id)?;
         let date = self
@@ -148,10 +149,13 @@ fn check_poses(
     let (capture, record) = (campaign.capture(&run.name)?, campaign.record(&run.name)?);
     let difference = board_pose::compare(&capture, (record.rate_hz, record.block), poses, set, id)
         .map_err(|error| anyhow::anyhow!("run {}, {error}", run.name))?;
-    println!(
+    say!(
         "{} poses of the board: at most {:.2e} m (scan {}) and {:.2e} rad off double precision, limit {MAX_DIFFERENCE:.0e}",
-        difference.poses, difference.largest_m, difference.scan, difference.largest_rad
-    );
+        difference.poses,
+        difference.largest_m,
+        difference.scan,
+        difference.largest_rad
+    )?;
     Ok(difference)
 }
 
@@ -166,7 +170,7 @@ fn judge(
     let recorded = campaign.recorded(run)?;
     check_values(&recorded.capture, set, &run.name)?;
     let sums = check_sums(campaign, &recorded)?;
-    eprintln!(
+    tell!(
         "{sums} harmonic sums of the board in run {}: likewise",
         run.name
     );
@@ -178,7 +182,7 @@ fn judge(
         board_pose: poses.into(),
         channels: held_out::compare(reference, after, before, results, elapsed_s),
     };
-    print!("{}", table(&verification.channels));
+    terminal::print(&table(&verification.channels))?;
     let verified = Verified {
         run: &recorded,
         curves: &curves,
@@ -205,7 +209,7 @@ fn check_values(capture: &Capture, set: &CoefficientSet, run: &str) -> anyhow::R
              {host:?}; firmware and hexsense are of different builds, or the set was changed during the run"
         );
     }
-    eprintln!(
+    tell!(
         "{} scans: the board's values are bit for bit those that its counts give",
         values.len()
     );

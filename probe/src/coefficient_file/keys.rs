@@ -8,11 +8,12 @@ use hexsense_core::records::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::sources::Sources;
 use crate::date;
 use crate::files::{self, FileError};
 
 /// Kind and version of the file.
-pub const FORMAT: &str = "hexsense coefficients, version 2";
+pub const FORMAT: &str = "hexsense coefficients, version 3";
 
 /// The whole file.
 #[derive(Serialize, Deserialize)]
@@ -27,7 +28,7 @@ pub struct Keys {
     geometry_hash: String,
     date_utc: String,
     temperature_c: f64,
-    captures_sha256: String,
+    provenance_sha256: String,
     /// Names of the channels on which the supply factor does not act.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     ratiometric: Vec<String>,
@@ -39,6 +40,9 @@ pub struct Keys {
     angular_rate: Table,
     base: BaseTable,
     jacks: JackTable,
+    /// What the set was found from; a set that comes from a board does not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sources: Option<Sources>,
 }
 
 /// One triad: value = matrix · (counts − offset), in m/s², rad/s² or rad/s.
@@ -74,7 +78,7 @@ struct JackTable {
 
 impl Keys {
     /// The keys of a set with this identity.
-    pub fn of(id: String, set: &CoefficientSet) -> Self {
+    pub fn of(id: String, set: &CoefficientSet, sources: Option<Sources>) -> Self {
         let [linear_acceleration, angular_acceleration, angular_rate] =
             set.triads.each_ref().map(Table::of);
         Self {
@@ -85,7 +89,7 @@ impl Keys {
             geometry_hash: files::hex(&set.geometry_hash),
             date_utc: date::utc(set.unix_s),
             temperature_c: wide(set.temperature_c),
-            captures_sha256: files::hex(&set.provenance),
+            provenance_sha256: files::hex(&set.provenance),
             ratiometric: ratiometric_names(set.ratiometric),
             firmware_build: set.build.map(|build| build.to_string()),
             linear_acceleration,
@@ -93,6 +97,7 @@ impl Keys {
             angular_rate,
             base: BaseTable::of(&set.base),
             jacks: JackTable::of(&set.jacks),
+            sources,
         }
     }
 
@@ -125,7 +130,7 @@ impl Keys {
             geometry_hash: digits(file, "geometry_hash", &self.geometry_hash)?,
             unix_s: date.as_secs(),
             temperature_c: self.temperature_c as f32,
-            provenance: digits(file, "captures_sha256", &self.captures_sha256)?,
+            provenance: digits(file, "provenance_sha256", &self.provenance_sha256)?,
             triads: [
                 &self.linear_acceleration,
                 &self.angular_acceleration,

@@ -4,17 +4,20 @@
 //! number was changed, no longer has the identity that it states, and is refused.
 //!
 //! - `keys`: the keys of the file, to and from a set.
+//! - `sources`: what the set was found from.
 //! - `table`: a set as tables for people.
 
 mod keys;
+mod sources;
 mod table;
 
 use std::path::Path;
 
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED, RecordError};
 
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, SETTINGS};
 use keys::{FORMAT, Keys};
+pub use sources::{Sources, text_digest};
 pub use table::table;
 
 /// Why a file gives no coefficient set.
@@ -46,7 +49,7 @@ pub enum CoefficientFileError {
     },
     /// The numbers are not those that the identity was made of.
     #[error(
-        "{file} says it is set {stated}, but its numbers are those of set {found}; it was changed or damaged: \
+        "{file} says it is set {stated}, but its numbers are not those of that set; it was changed or damaged: \
          take the original, or calibrate again"
     )]
     Identity {
@@ -54,8 +57,17 @@ pub enum CoefficientFileError {
         file: String,
         /// Identity in the file.
         stated: String,
-        /// Identity of its numbers.
-        found: String,
+    },
+    /// The digests are not those that the set carries.
+    #[error(
+        "{file}: the table sources is not that of set {stated}; it was changed or damaged: take the original, or \
+         calibrate again"
+    )]
+    Sources {
+        /// The file.
+        file: String,
+        /// Identity in the file.
+        stated: String,
     },
     /// The set is not usable.
     #[error("{file}: {reason}")]
@@ -71,8 +83,12 @@ pub enum CoefficientFileError {
 ///
 /// # Errors
 /// [`CoefficientFileError::Record`] for a set that no board would take.
-pub fn to_text(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFileError> {
-    let keys = Keys::of(identity(file, set)?, set);
+pub fn to_text(
+    file: &str,
+    set: &CoefficientSet,
+    sources: &Sources,
+) -> Result<String, CoefficientFileError> {
+    let keys = Keys::of(identity(file, set)?, set, Some(sources.clone()));
     Ok(toml::to_string(&keys).expect("a set is made of tables, lists, strings and numbers"))
 }
 
@@ -81,49 +97,52 @@ pub fn to_text(file: &str, set: &CoefficientSet) -> Result<String, CoefficientFi
 /// # Errors
 /// [`CoefficientFileError::Record`] for a set that no board would take.
 pub fn to_json(set: &CoefficientSet) -> Result<serde_json::Value, CoefficientFileError> {
-    let keys = Keys::of(identity("the set", set)?, set);
+    let keys = Keys::of(identity("the set", set)?, set, None);
     Ok(serde_json::to_value(keys).expect("a set is made of tables, lists, strings and numbers"))
 }
 
-/// Writes the set to `path`, whole or not at all.
+/// Writes the set to `path`, whole or not at all. Its provenance is that of `sources`.
 ///
 /// # Errors
-/// [`CoefficientFileError::File`] and [`CoefficientFileError::Record`].
-pub fn save(path: &Path, set: &CoefficientSet) -> Result<(), CoefficientFileError> {
+/// [`CoefficientFileError::File`], [`CoefficientFileError::Record`] and [`CoefficientFileError::Sources`].
+pub fn save(
+    path: &Path,
+    set: &CoefficientSet,
+    sources: &Sources,
+) -> Result<(), CoefficientFileError> {
     let file = path.display().to_string();
-    let text = to_text(&file, set)?;
+    let text = to_text(&file, set, sources)?;
     parse(&file, &text)?;
     Ok(files::replace(path, &text)?)
 }
 
-/// Reads the set in `path`.
+/// Reads the set in `path`, and what it was found from.
 ///
 /// # Errors
 /// Every variant of [`CoefficientFileError`].
-pub fn load(path: &Path) -> Result<CoefficientSet, CoefficientFileError> {
-    parse(&path.display().to_string(), &files::read(path)?)
+pub fn load(path: &Path) -> Result<(CoefficientSet, Sources), CoefficientFileError> {
+    parse(&path.display().to_string(), &files::read(path, SETTINGS)?)
 }
 
 /// Reads `text`, which came from `file`.
 ///
 /// # Errors
 /// Every variant of [`CoefficientFileError`].
-pub fn parse(file: &str, text: &str) -> Result<CoefficientSet, CoefficientFileError> {
+pub fn parse(file: &str, text: &str) -> Result<(CoefficientSet, Sources), CoefficientFileError> {
     check_format(file, text)?;
     let keys: Keys = files::from_toml(file, text).map_err(|error| match error {
         FileError::Syntax { file, problem } => CoefficientFileError::Incomplete { file, problem },
         other => other.into(),
     })?;
     let set = keys.to_set(file)?;
-    let found = identity(file, &set)?;
-    if found != keys.id {
-        return Err(CoefficientFileError::Identity {
-            file: file.to_owned(),
-            stated: keys.id,
-            found,
-        });
+    let (file, stated) = (file.to_owned(), keys.id);
+    if identity(&file, &set)? != stated {
+        return Err(CoefficientFileError::Identity { file, stated });
     }
-    Ok(set)
+    match keys.sources {
+        Some(sources) if sources.provenance() == set.provenance => Ok((set, sources)),
+        _ => Err(CoefficientFileError::Sources { file, stated }),
+    }
 }
 
 /// Refuses another kind of file, or another version, by its first key: its other keys are not known then.
@@ -145,10 +164,10 @@ fn check_format(file: &str, text: &str) -> Result<(), CoefficientFileError> {
 /// What to do with a file of another format.
 fn way_forward(format: &str) -> &'static str {
     match format.strip_prefix("hexsense coefficients, version ") {
-        Some("1") => {
-            "a file of version 1 lacks the base and the jacks, which the board needs for its pose. If its campaign's folder \
-             still has the captures, move the file away and run `hexsense calibrate` with the same --geometry, --sensors \
-             and --out: it computes the coefficients anew from recorded runs. Otherwise calibrate again"
+        Some("1" | "2") => {
+            "files of versions 1 and 2 do not name all that they were found from. If the campaign's folder still has the \
+             captures, move the file away and run `hexsense calibrate` with the same --geometry, --sensors and --out: it \
+             computes the coefficients anew from recorded runs. Otherwise calibrate again"
         }
         Some(_) => "install the hexsense that wrote it, or calibrate again",
         None => "give the coefficients.toml of a campaign",

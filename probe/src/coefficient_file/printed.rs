@@ -19,6 +19,15 @@ fn triad(offset: [f32; 3], gains: [f32; 3], delay_s: f32) -> TriadCoefficients {
     }
 }
 
+fn sources() -> Sources {
+    Sources {
+        captures_sha256: "0a".repeat(32),
+        programs_sha256: "0b".repeat(32),
+        geometry_sha256: "0c".repeat(32),
+        sensors_sha256: "0d".repeat(32),
+    }
+}
+
 fn set() -> CoefficientSet {
     CoefficientSet {
         board: *b"another one.",
@@ -26,7 +35,7 @@ fn set() -> CoefficientSet {
         geometry_hash: [1, 2, 3, 4, 5, 6, 7, 8],
         unix_s: 1_780_000_000,
         temperature_c: 27.3,
-        provenance: std::array::from_fn(|index| index as u8),
+        provenance: sources().provenance(),
         ratiometric: Default::default(),
         build: Some(BuildId([0x0d, 1, 2, 3, 4, 5, 6, 0xe7])),
         triads: [
@@ -117,8 +126,8 @@ fn the_document_has_every_number_under_its_key() {
     };
     let mut buffer = [0; MAX_ENCODED];
     let id = CoefficientSet::id_of(set.encode(&mut buffer).unwrap()).to_string();
-    let expected = json!({
-        "format": "hexsense coefficients, version 2",
+    let mut expected = json!({
+        "format": "hexsense coefficients, version 3",
         "id": id,
         // "another one." in ASCII.
         "board": "616e6f74686572206f6e652e",
@@ -126,7 +135,8 @@ fn the_document_has_every_number_under_its_key() {
         "geometry_hash": "0102030405060708",
         "date_utc": "2026-05-28T20:26:40Z",
         "temperature_c": 27.3,
-        "captures_sha256": "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f",
+        // By sha256sum, of the four digests with a line feed behind each.
+        "provenance_sha256": "a1cbbe37bad28b580344276a4869ae096950fc6a06e17bf91ea5ce58bb8a49fa",
         "firmware_build": "0d010203040506e7",
         "linear_acceleration": triad([32_100.5, 32_850.25, 33_000.75], [5e-4, 4e-4, 8e-4], 0.0015),
         "angular_acceleration": triad([31_000.5, 31_500.25, 31_999.75], [-2e-4, 1e-4, 2.5e-4], -0.0023),
@@ -160,13 +170,18 @@ fn the_document_has_every_number_under_its_key() {
     });
     let document = to_json(&set).unwrap();
     assert_eq!(document, expected);
-    // The file has the same keys, and what is read from it is the set.
+    // The file has the same keys and the sources, and what is read from it is the set.
+    expected["sources"] = json!({
+        "captures_sha256": "0a".repeat(32),
+        "programs_sha256": "0b".repeat(32),
+        "geometry_sha256": "0c".repeat(32),
+        "sensors_sha256": "0d".repeat(32),
+    });
     let text = toml::to_string(&toml_value(&expected)).unwrap();
-    assert_eq!(parse("coefficients.toml", &text).unwrap(), set);
-    assert_eq!(
-        parse("again.toml", &to_text("again.toml", &set).unwrap()).unwrap(),
-        set
-    );
+    let read = (set, sources());
+    assert_eq!(parse("coefficients.toml", &text).unwrap(), read);
+    let again = to_text("again.toml", &read.0, &read.1).unwrap();
+    assert_eq!(parse("again.toml", &again).unwrap(), read);
 }
 
 /// The same value in TOML. Serde alone would not do: with the feature `arbitrary_precision`, which a package of the

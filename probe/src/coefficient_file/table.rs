@@ -3,6 +3,8 @@
 use hexsense_core::channel::{JACKS, Triad};
 use hexsense_core::records::CoefficientSet;
 
+use crate::terminal::one_line;
+
 /// The set as a table for people: each channel with offset, gain, sensitivity and expanded uncertainty (k = 2).
 #[must_use]
 pub fn table(set: &CoefficientSet) -> String {
@@ -37,7 +39,11 @@ fn base_table(set: &CoefficientSet) -> String {
     let mut text = format!(
         "base {}: jacks {:.4} m to {:.4} m, O at {:.4} m at home\n\
          jack   lower hinge x, y, z, m          upper hinge x, y, z, m          {:.4} m at, counts   mm per count\n",
-        set.geometry, base.length_min_m, base.length_max_m, base.home_height_m, jacks.zero_length_m,
+        one_line(&set.geometry),
+        base.length_min_m,
+        base.length_max_m,
+        base.home_height_m,
+        jacks.zero_length_m,
     );
     for jack in 0..JACKS {
         let [lower, upper] = [base.lower[jack], base.upper[jack]]

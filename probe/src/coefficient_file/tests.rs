@@ -3,6 +3,16 @@ use crate::geometry_file::GeometryFile;
 use hexsense_core::channel::Ratiometric;
 use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
 
+fn sources() -> Sources {
+    let digest = |digit: &str| digit.repeat(64);
+    Sources {
+        captures_sha256: digest("1"),
+        programs_sha256: digest("2"),
+        geometry_sha256: digest("3"),
+        sensors_sha256: digest("4"),
+    }
+}
+
 /// A set in which no two numbers are alike.
 fn set() -> CoefficientSet {
     let triad = |size: f32| TriadCoefficients {
@@ -24,7 +34,7 @@ fn set() -> CoefficientSet {
         geometry_hash: [7, 6, 5, 4, 3, 2, 1, 0],
         unix_s: 1_780_000_000,
         temperature_c: 31.7,
-        provenance: std::array::from_fn(|index| index as u8),
+        provenance: sources().provenance(),
         ratiometric: Ratiometric::NONE.with(2).with(10),
         build: None,
         triads: [triad(1.0), triad(2.0), triad(3.0)],
@@ -39,10 +49,11 @@ fn set() -> CoefficientSet {
 
 #[test]
 fn a_file_gives_the_very_same_bytes() {
-    let text = to_text("c.toml", &set()).unwrap();
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
     assert!(text.contains("ratiometric = [\"az\", \"jack2\"]"), "{text}");
     let (mut before, mut after) = ([0; MAX_ENCODED], [0; MAX_ENCODED]);
-    let read = parse("c.toml", &to_text("c.toml", &set()).unwrap()).unwrap();
+    let (read, from) = parse("c.toml", &text).unwrap();
+    assert_eq!(from, sources());
     assert_eq!(
         set().encode(&mut before).unwrap(),
         read.encode(&mut after).unwrap()
@@ -51,7 +62,7 @@ fn a_file_gives_the_very_same_bytes() {
 
 #[test]
 fn a_file_cut_anywhere_is_refused() {
-    let text = to_text("c.toml", &set()).unwrap();
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
     for length in 0..text.trim_end().len() {
         let error = parse("c.toml", &text[..length]).expect_err("a cut file");
         assert!(error.to_string().starts_with("c.toml"), "{error}");
@@ -60,14 +71,16 @@ fn a_file_cut_anywhere_is_refused() {
 
 #[test]
 fn a_ratiometric_channel_that_does_not_exist_is_refused_by_its_name() {
-    let text = to_text("c.toml", &set()).unwrap().replace("jack2", "jack7");
+    let text = to_text("c.toml", &set(), &sources())
+        .unwrap()
+        .replace("jack2", "jack7");
     let error = parse("c.toml", &text).unwrap_err().to_string();
     assert!(error.contains("ratiometric is jack7"), "{error}");
 }
 
 #[test]
 fn a_changed_number_is_refused_by_the_identity() {
-    let text = to_text("c.toml", &set())
+    let text = to_text("c.toml", &set(), &sources())
         .unwrap()
         .replace("40001.7", "40001.8");
     assert!(matches!(
@@ -78,7 +91,7 @@ fn a_changed_number_is_refused_by_the_identity() {
 
 /// The file of [`set`] with one piece of its text in place of another.
 fn changed(from: &str, to: &str) -> String {
-    let text = to_text("c.toml", &set()).unwrap();
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
     assert_eq!(text.matches(from).count(), 1, "{from} in {text}");
     text.replace(from, to)
 }
@@ -89,7 +102,7 @@ fn problem(text: &str) -> String {
 
 #[test]
 fn every_number_is_part_of_the_identity() {
-    let text = to_text("c.toml", &set()).unwrap();
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
     let mut numbers = 0;
     for (line, words) in text
         .lines()
@@ -140,10 +153,7 @@ fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
     for (key, digits) in [
         ("board", "01626f617264ff0075696432"),
         ("geometry_hash", "0706050403020100"),
-        (
-            "captures_sha256",
-            "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f",
-        ),
+        ("provenance_sha256", &files::hex(&sources().provenance())),
     ] {
         let line = |digits: &str| format!("{key} = \"{digits}\"");
         let as_it_is = line(digits);
@@ -161,7 +171,7 @@ fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
         problem(&changed("geometry = \"an-74tk-200\"", &name))
     };
     assert!(
-        named(32).contains("its numbers are those of set"),
+        named(32).contains("its numbers are not those of that set"),
         "{}",
         named(32)
     );
@@ -173,18 +183,51 @@ fn identities_have_all_their_digits_and_names_at_most_thirty_two_bytes() {
 }
 
 #[test]
-fn a_file_of_version_1_is_refused_with_the_way_to_version_2() {
-    let text = to_text("c.toml", &set()).unwrap();
-    // Version 1 had neither base nor jacks.
-    let (old, _) = text.split_once("[base]").unwrap();
-    let old = old.replace("version 2", "version 1");
-    let said = parse("c.toml", &old).unwrap_err().to_string();
-    for words in [
-        "format is \"hexsense coefficients, version 1\"",
-        "lacks the base and the jacks",
-        "hexsense calibrate",
+fn an_older_file_is_refused_with_the_way_to_a_new_one() {
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
+    // Version 1 had neither base nor jacks, and version 2 no sources.
+    for (version, (old, _)) in [
+        (1, text.split_once("[base]").unwrap()),
+        (2, text.split_once("[sources]").unwrap()),
     ] {
-        assert!(said.contains(words), "{said}");
+        let old = old.replace("version 3", &format!("version {version}"));
+        let said = parse("c.toml", &old).unwrap_err().to_string();
+        for words in [
+            &format!("format is \"hexsense coefficients, version {version}\""),
+            "do not name all that they were found from",
+            "hexsense calibrate",
+        ] {
+            assert!(said.contains(words), "{said}");
+        }
+        assert!(!said.contains("cut off"), "{said}");
     }
-    assert!(!said.contains("cut off"), "{said}");
+}
+
+#[test]
+fn a_refused_file_does_not_tell_the_identity_that_would_make_it_pass() {
+    let mut edited = set();
+    edited.triads[0].offset[2] += 0.1;
+    let its_own = identity("", &edited).unwrap();
+    let text = changed("40001.7", &edited.triads[0].offset[2].to_string());
+    let said = problem(&text);
+    assert!(said.contains("changed or damaged"), "{said}");
+    assert!(!said.contains(&its_own), "{said}");
+    // It is the one: with it the edit would pass.
+    let stated = identity("", &set()).unwrap();
+    parse("c.toml", &text.replace(&stated, &its_own)).unwrap();
+}
+
+#[test]
+fn every_digest_of_the_sources_is_part_of_the_provenance() {
+    for digit in ["1", "2", "3", "4"] {
+        let other = format!("9{}", digit.repeat(63));
+        let said = problem(&changed(&digit.repeat(64), &other));
+        assert!(
+            said.contains("the table sources is not that of set"),
+            "{said}"
+        );
+    }
+    let text = to_text("c.toml", &set(), &sources()).unwrap();
+    let (without, _) = text.split_once("[sources]").unwrap();
+    assert!(problem(without).contains("the table sources is not that of set"));
 }

@@ -22,7 +22,7 @@ use hexsense_core::kinematics::Geometry;
 use hexsense_core::records::record::MAX_NAME;
 use sha2::{Digest, Sha256};
 
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, SETTINGS};
 
 mod base;
 mod error;
@@ -77,7 +77,7 @@ impl GeometryFile {
                 name: name_or_path.to_owned(),
             });
         }
-        Self::parse(name_or_path, &files::read(path)?)
+        Self::parse(name_or_path, &files::read(path, SETTINGS)?)
     }
 
     /// Reads `text`, which came from `source`.

@@ -1,6 +1,6 @@
 //! The twin, which starts each run by itself.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::time::Duration;
@@ -9,7 +9,10 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::{Motion, MotionError};
+use crate::terminal::one_line;
 
+/// Longest answer, bytes.
+const MAX_ANSWER: u64 = 65_536;
 /// How long the twin may take to answer.
 const ANSWER: Duration = Duration::from_secs(4);
 
@@ -66,7 +69,7 @@ impl Twin {
         let reason = answer.error.unwrap_or_else(|| "no reason given".to_owned());
         Err(MotionError::Refused {
             run: run.to_owned(),
-            reason,
+            reason: one_line(&reason).to_string(),
         })
     }
 
@@ -74,8 +77,13 @@ impl Twin {
         let line = format!("{request}\n");
         self.stream.get_mut().write_all(line.as_bytes())?;
         let mut answer = String::new();
-        if self.stream.read_line(&mut answer)? == 0 {
-            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        let length = (&mut self.stream).take(MAX_ANSWER).read_line(&mut answer)?;
+        if length == 0 {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        if length as u64 == MAX_ANSWER {
+            let problem = format!("its answer is longer than {MAX_ANSWER} bytes");
+            return Err(std::io::Error::new(ErrorKind::InvalidData, problem));
         }
         Ok(serde_json::from_str(&answer)?)
     }

@@ -48,7 +48,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, SETTINGS};
 use crate::geometry_file::GeometryFile;
 pub use entries::{Freedom, Purpose, RampsEntry, Shape, SineEntry};
 pub use multisine::{LinesEntry, MultisineEntry};
@@ -76,7 +76,7 @@ impl Plan {
     /// # Errors
     /// [`FileError`] with file, key, value and limit.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Self::parse(&path.display().to_string(), &files::read(path)?)
+        Self::parse(&path.display().to_string(), &files::read(path, SETTINGS)?)
     }
 
     /// Reads `text`, which came from `file`.

@@ -175,6 +175,10 @@ fn carried(
     rate_hz: u32,
     block: BlockSize,
 ) -> Result<(), Refusal> {
+    // Only these rates: the product with another could overflow.
+    if !board.rates_hz.contains(&rate_hz) {
+        return Err(Refusal::Rate { hz: rate_hz });
+    }
     let limit = board.max_telemetry_bits_per_s();
     let bits_per_s = telemetry::bits_per_second(content, rate_hz, block, limit);
     if bits_per_s > limit {

@@ -82,6 +82,50 @@ pub enum RecordError {
     /// The board went away and is not back.
     #[error(transparent)]
     NotBack(#[from] NotBack),
+    /// A number that no recording may hold.
+    #[error(
+        "{what} of scan {scan} is {value}, which is not a finite number and is not recorded; look at the board's supply and \
+         at `hexsense status`, then record again"
+    )]
+    NotFinite {
+        /// What the number is.
+        what: &'static str,
+        /// Counter of the scan.
+        scan: u64,
+        /// The number.
+        value: f32,
+    },
+    /// Blocks that do not hold what was asked for.
+    #[error(
+        "{blocks} blocks in a row do not hold the counts or values that were asked for; the board streams something \
+         else: see that no other program has started a stream, then record again"
+    )]
+    OtherContent {
+        /// How many, up to the limit.
+        blocks: u32,
+    },
+    /// A stream that is more gap than recording.
+    #[error(
+        "{limit} gaps are in the recording, and more are not kept; find out with `hexsense status` why scans are lost, \
+         then record again"
+    )]
+    Gaps {
+        /// Most gaps of a recording.
+        limit: usize,
+    },
+    /// The scan counter does not keep up with time.
+    #[error(
+        "the board counted {scans} scans in {seconds:.0} s, and {rate_hz} were due in each; its clock or its converters \
+         fail: look at `hexsense status`, and start the board anew"
+    )]
+    Slow {
+        /// Scans that passed.
+        scans: u64,
+        /// Time in which they passed, s.
+        seconds: f64,
+        /// Scans that were due in a second.
+        rate_hz: u32,
+    },
     /// The board uses other coefficients than at the start.
     #[error("the board's active set changed at scan {scan}; record again")]
     OtherSet {

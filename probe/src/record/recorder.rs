@@ -11,8 +11,9 @@
 use std::time::Duration;
 
 use hexsense_client::{Client, LinkError};
-use hexsense_core::wire::StreamContent;
+use hexsense_core::channel::NAMES;
 use hexsense_core::wire::telemetry::{Block, Header};
+use hexsense_core::wire::{Refusal, StreamContent};
 
 use super::board::{Streaming, board_record};
 use super::error::RecordError;
@@ -20,6 +21,12 @@ use super::sink::{Notes, Recorded, Sink};
 use crate::capture::Gap;
 use crate::interrupt::Interrupt;
 
+/// Gaps that a recording may have; each costs the host memory and a line of the note.
+const MAX_GAPS: usize = 65_536;
+/// Blocks in a row that may hold something else than was asked for: those on their way when the stream was changed.
+const MAX_OTHERS: u32 = 4_096;
+/// The scan counter may fall behind time by so much, s, and by half of the time beside.
+const MAX_BEHIND_S: f64 = 10.0;
 /// How long the next block may take.
 const BLOCK_WAIT: Duration = Duration::from_secs(2);
 
@@ -34,6 +41,10 @@ pub struct Recorder<'a> {
     end: u64,
     /// The scan that is due next.
     next_scan: u64,
+    /// Blocks in a row that did not hold what was asked for.
+    others: u32,
+    /// Time and scan from which the pace of the stream is counted.
+    pace: Option<(Duration, u64)>,
 }
 
 impl<'a> Recorder<'a> {
@@ -61,6 +72,9 @@ impl<'a> Recorder<'a> {
             client.block_size(block)?;
         }
         let identity = client.identity()?;
+        if !identity.facts.rates_hz.contains(&rate_hz) {
+            return Err(Refusal::Rate { hz: rate_hz }.into());
+        }
         let notes = Notes {
             board: board_record(client, &identity),
             set: client.active_set()?.map(|set| set.id),
@@ -78,6 +92,8 @@ impl<'a> Recorder<'a> {
             recorded: Recorded::default(),
             end: 0,
             next_scan: 0,
+            others: 0,
+            pace: None,
         })
     }
 
@@ -130,12 +146,22 @@ impl<'a> Recorder<'a> {
             });
         }
         self.next_scan = first_scan + u64::from(scans);
+        self.check_pace()?;
         if !self.is_wanted(block) {
             // It becomes part of the next gap.
-            return Ok(());
+            self.others += 1;
+            return match self.others {
+                blocks @ MAX_OTHERS.. => Err(RecordError::OtherContent { blocks }),
+                _ => Ok(()),
+            };
         }
+        self.others = 0;
+        check_finite(block)?;
         let is_first = self.recorded.scans == 0;
         if let Some(gap) = Gap::between(self.end, first_scan).filter(|_| !is_first) {
+            if self.recorded.gaps.len() == MAX_GAPS {
+                return Err(RecordError::Gaps { limit: MAX_GAPS });
+            }
             self.recorded.lost += gap.scans;
             self.recorded.gaps.push(gap);
             for sink in &mut self.sinks {
@@ -148,6 +174,26 @@ impl<'a> Recorder<'a> {
         self.recorded.scans += u64::from(scans);
         self.end = self.next_scan;
         Ok(())
+    }
+
+    /// Whether scans pass about as fast as they are due. A recording ends with a scan, so that a counter which stands
+    /// almost still would never let it end.
+    fn check_pace(&mut self) -> Result<(), RecordError> {
+        let (now, scan, rate_hz) = (self.client.now(), self.next_scan, self.notes.rate_hz);
+        // A connection that was opened again has a clock of its own.
+        let (since, from) = match self.pace {
+            Some((since, from)) if since <= now => (since, from),
+            _ => *self.pace.insert((now, scan)),
+        };
+        let (seconds, scans) = ((now - since).as_secs_f64(), scan - from);
+        if scans as f64 >= (seconds / 2.0 - MAX_BEHIND_S) * f64::from(rate_hz) {
+            return Ok(());
+        }
+        Err(RecordError::Slow {
+            scans,
+            seconds,
+            rate_hz,
+        })
     }
 
     /// Whether a block has what the recording shall hold.
@@ -188,5 +234,32 @@ impl<'a> Recorder<'a> {
             sink.end(&self.recorded)?;
         }
         Ok(self.recorded)
+    }
+}
+
+/// Refuses numbers that are not finite: what is recorded is computed with.
+fn check_finite(block: &Block) -> Result<(), RecordError> {
+    let Header {
+        first_scan,
+        supply,
+        temperature_c,
+        ..
+    } = block.header;
+    let common = [
+        ("the supply factor", first_scan, supply),
+        ("the temperature", first_scan, temperature_c),
+    ];
+    let values = (first_scan..).zip(block.values.iter().flatten());
+    let values = values.flat_map(|(scan, values)| {
+        let named = NAMES.into_iter().zip(*values);
+        named.map(move |(name, value)| (name, scan, value))
+    });
+    match common
+        .into_iter()
+        .chain(values)
+        .find(|(.., value)| !value.is_finite())
+    {
+        Some((what, scan, value)) => Err(RecordError::NotFinite { what, scan, value }),
+        None => Ok(()),
     }
 }

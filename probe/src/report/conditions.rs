@@ -93,7 +93,7 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         ("Supply of the board", supply(input)),
         ("Coefficient set", code(&identity(set)?)),
         (
-            "SHA-256 of the captures",
+            "SHA-256 of captures, programs, geometry and sensor file",
             code(&files::hex(&set.provenance)),
         ),
         (

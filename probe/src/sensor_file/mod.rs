@@ -20,7 +20,7 @@ use hexsense_core::transducers::Transducers;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use crate::files::{self, FileError};
+use crate::files::{self, FileError, SETTINGS};
 use crate::known_board;
 
 /// The data sheets of everything that is wired to the board.
@@ -180,7 +180,7 @@ impl SensorFile {
     /// # Errors
     /// [`FileError`] with file, key, value and limit.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Self::parse(&path.display().to_string(), &files::read(path)?)
+        Self::parse(&path.display().to_string(), &files::read(path, SETTINGS)?)
     }
 
     /// Reads `text`, which came from `file`.

@@ -6,10 +6,25 @@ use hexsense_core::wire::change::Key;
 use hexsense_probe::{files, key_file};
 
 /// The key that a fake board is provisioned with.
-pub const KEY: Key = Key([0x5E; 32]);
+pub const KEY: Key = {
+    let mut key = [0x5E; 32];
+    key[0] = 0x1E;
+    Key(key)
+};
 
 /// Writes it where the commands look for it in `folder`.
 pub fn save(folder: &Path) {
     let text = format!("{}\n", files::hex(&KEY.0));
-    std::fs::write(folder.join(key_file::DEFAULT), text).unwrap();
+    let path = folder.join(key_file::DEFAULT);
+    write(&path, &text);
+}
+
+/// Writes a key file as only its owner can read it.
+pub fn write(path: &Path, text: &str) {
+    std::fs::write(path, text).unwrap();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).unwrap();
+    }
 }

@@ -3,7 +3,18 @@
 use hexsense_core::records::{
     CoefficientSet, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
+use hexsense_probe::coefficient_file::Sources;
 use hexsense_probe::geometry_file::GeometryFile;
+
+/// What the set of the fake board says that it was found from.
+pub fn sources() -> Sources {
+    Sources {
+        captures_sha256: "01".repeat(32),
+        programs_sha256: "02".repeat(32),
+        geometry_sha256: "03".repeat(32),
+        sensors_sha256: "04".repeat(32),
+    }
+}
 
 /// A set in which mid-scale counts are a base at mid-stroke; `unix_s` makes sets differ.
 pub fn set(unix_s: u64) -> CoefficientSet {
@@ -21,7 +32,7 @@ pub fn set(unix_s: u64) -> CoefficientSet {
         geometry_hash: [1; 8],
         unix_s,
         temperature_c: 31.5,
-        provenance: [2; 32],
+        provenance: sources().provenance(),
         ratiometric: Default::default(),
         build: None,
         triads: [triad; 3],

@@ -8,6 +8,7 @@ use crate::base_figure;
 use crate::cli::arguments::Base;
 use crate::files;
 use crate::geometry_file::GeometryFile;
+use crate::terminal;
 
 /// Draw the base at home from above and from the right: which jack is number 1, how the numbers run, where the axes
 /// point.
@@ -29,7 +30,7 @@ impl Figure {
         let page = base_figure::page(&GeometryFile::load(&self.base.geometry)?);
         match self.out {
             Some(path) => files::replace(&path, &page)?,
-            None => print!("{page}"),
+            None => terminal::print(&format!("{page}"))?,
         }
         Ok(())
     }

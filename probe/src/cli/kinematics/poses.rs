@@ -15,6 +15,7 @@ use super::writing::{LENGTHS, POSE, Writing, header, numbers, pose};
 use crate::cli::arguments::Base;
 use crate::files::FileError;
 use crate::geometry_file::GeometryFile;
+use crate::terminal::tell;
 
 /// Columns beside the pose that a solution prints.
 const SOLUTION: &str = "residual_m,condition,iterations";
@@ -66,7 +67,7 @@ impl Poses {
         })?;
         let jumps = tracker.policy().jumps;
         if jumps > 0 {
-            eprintln!("rows solved from home, a jump away from the row before: {jumps}");
+            tell!("rows solved from home, a jump away from the row before: {jumps}");
         }
         Ok(())
     }
