@@ -3,7 +3,8 @@
 use clap::Args;
 use serde_json::json;
 
-use super::arguments::Port;
+use super::arguments::{Key, Port};
+use super::proven::Proven;
 use super::status::key;
 use crate::board_events;
 use crate::campaign::BoardRecord;
@@ -16,10 +17,15 @@ use hexsense_client::Client;
 ///
 /// The build is a hash that the board computes of the code in its flash and its version: two boards with one build run the
 /// same firmware. Coefficient sets and the entries of the log name it.
+///
+/// With its key at hand the board proves that it is the board: `board proven`. The proof covers its unique id, its build,
+/// its active set and the number of its changes.
 #[derive(Args)]
 pub struct Info {
     #[command(flatten)]
     port: Port,
+    #[command(flatten)]
+    key: Key,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -29,9 +35,12 @@ impl Info {
     /// Runs the command.
     ///
     /// # Errors
-    /// What the link reports.
+    /// What the link reports, and a board that does not have the key at hand.
     pub fn run(self) -> anyhow::Result<()> {
-        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
+        let mut client = self.port.open()?;
+        let proven = Proven::of(&mut client, &self.key)?;
+        terminal::print(&text(&mut client, self.json, &proven)?)?;
+        proven.check()
     }
 }
 
@@ -39,7 +48,7 @@ impl Info {
 ///
 /// # Errors
 /// What the link reports.
-pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+pub fn text(client: &mut Client, json: bool, proven: &Proven) -> anyhow::Result<String> {
     let identity = client.identity()?;
     let BoardRecord {
         board,
@@ -50,7 +59,7 @@ pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
         ..
     } = board_record(client, &identity);
     let last_start = board_events::cause(identity.reset);
-    let provisioned = client.status()?.provisioned;
+    let status = client.status()?;
     if json {
         let document = json!({
             "board": board,
@@ -59,16 +68,19 @@ pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
             "build": build,
             "wire": wire,
             "last_start": last_start,
-            "provisioned": provisioned,
+            "provisioned": status.provisioned,
+            "key_damaged": status.key_damaged,
+            "proven": proven.is_proven(),
         });
         return Ok(format!("{document}\n"));
     }
     let build = build.as_deref().unwrap_or("not known");
-    let (hardware, key) = (one_line(&hardware), key(provisioned));
+    let (hardware, key, proof) = (one_line(&hardware), key(&status), proven.line());
     Ok(format!(
         "board          {board} ({hardware})\n\
          firmware       {firmware}, build {build}, wire version {wire}\n\
          last start     {last_start}\n\
-         key            {key}\n"
+         key            {key}\n\
+         proof          {proof}\n"
     ))
 }

@@ -89,6 +89,7 @@ fn reading() -> Reading {
         },
         provisioned: true,
         panic: Some("index out of bounds".try_into().unwrap()),
+        key_damaged: false,
     };
     Reading {
         status,
