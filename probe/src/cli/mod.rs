@@ -20,7 +20,7 @@ pub mod log;
 mod new;
 mod plan;
 mod progress;
-mod proven;
+pub mod proven;
 mod provision;
 mod report;
 mod rollback;

@@ -29,9 +29,9 @@ impl Bench {
             twin::papers::sensor_file(SEED),
         )
         .unwrap();
-        super::key::save(folder.path());
         let (pins, control) = source::twin(SEED, GEOMETRY);
         let mut board = FakeBoard::new(Box::new(Pins::connect(&pins)));
+        super::key::save(folder.path(), &board.uid);
         change(&mut board);
         Self {
             folder,
