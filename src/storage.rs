@@ -48,7 +48,7 @@ pub async fn store(
     shared.build.lock(|known| known.set(Some(build)));
     if loaded.is_err() {
         defmt::error!("storage cannot read its flash");
-    } else if storage.complete().await.is_err() {
+    } else if storage.complete(build).await.is_err() {
         defmt::error!("storage cannot complete a change");
     }
     let mut random = Rng::new(random, Irqs);

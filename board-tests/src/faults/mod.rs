@@ -10,6 +10,7 @@
 //! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `key` | damaged key pages, power cuts in a replacement of the key, changes that are held back, boards that say they have no key |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -18,6 +19,7 @@ mod captures;
 mod counted;
 mod gaps;
 mod hostile;
+mod key;
 mod no_loss;
 mod outcome;
 mod power_cut;
@@ -51,7 +53,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 8] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +61,7 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "key",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -109,6 +112,8 @@ struct Size {
     flood_s: u64,
     resets: u64,
     forgeries: u64,
+    key_every: usize,
+    key_faults: u64,
     soak_s: u64,
 }
 
@@ -122,6 +127,8 @@ impl Size {
         flood_s: 45,
         resets: 12,
         forgeries: 80,
+        key_every: 1,
+        key_faults: 80,
         soak_s: 3_600,
     };
     const SHORT: Self = Self {
@@ -133,6 +140,8 @@ impl Size {
         flood_s: 2,
         resets: 1,
         forgeries: 5,
+        key_every: 5,
+        key_faults: 30,
         soak_s: 40,
     };
 }
@@ -176,6 +185,9 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["recovery"], move || recovery::resets(seed, size.resets)),
         Trial::one(&["authority"], move || {
             authority::forge(seed, size.forgeries)
+        }),
+        Trial::one(&["key"], move || {
+            key::guard(seed, size.key_every, size.key_faults)
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),

@@ -162,10 +162,7 @@ impl<B: Board> Server<B> {
             }
             Request::UploadCommit => Command::Storage(StorageCommand::Commit),
             Request::UploadAbort => Command::Storage(StorageCommand::Abort),
-            Request::Prove { challenge } => {
-                let build = self.board.identity().build.ok_or(Refusal::Busy)?;
-                Command::Storage(StorageCommand::Prove(challenge, build))
-            }
+            Request::Prove { challenge } => Command::Storage(StorageCommand::Prove(challenge)),
         };
         if self.open.is_some() || !self.board.order(command) {
             return Err(Refusal::Busy);

@@ -25,7 +25,7 @@ impl<F: NorFlash> Storage<F> {
         let is_same = self.is_provisioned() && change.act == Act::Provision(key.clone());
         self.upload = None;
         if is_same {
-            return Ok(Response::Unchanged);
+            return Err(Refusal::SameKey);
         }
         if let Some(entry) = self.unlogged {
             let logged = self.follow_up(&entry).await;

@@ -64,8 +64,8 @@ pub enum StorageCommand {
     Commit,
     /// Forget the upload.
     Abort,
-    /// Prove the key to this challenge of the host; with the identity of the firmware.
-    Prove(Challenge, BuildId),
+    /// Prove the key to this challenge of the host.
+    Prove(Challenge),
 }
 
 /// The active set.
@@ -83,6 +83,8 @@ pub struct Storage<F: NorFlash> {
     flash: F,
     layout: FlashLayout,
     board: [u8; 12],
+    /// The firmware; zeros until the start is complete.
+    build: BuildId,
     end: End,
     /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
     unlogged: Option<Entry>,
@@ -102,6 +104,7 @@ impl<F: NorFlash> Storage<F> {
             flash,
             layout,
             board,
+            build: BuildId::default(),
             end: End::default(),
             unlogged: None,
             is_outdated: false,
@@ -164,16 +167,11 @@ impl<F: NorFlash> Storage<F> {
                 self.upload = None;
                 Ok(Response::Done)
             }
-            StorageCommand::Prove(challenge, build) => self.prove(&challenge, &build, now_ms),
+            StorageCommand::Prove(challenge) => self.prove(&challenge, now_ms),
         }
     }
 
-    fn prove(
-        &mut self,
-        challenge: &Challenge,
-        build: &BuildId,
-        now_ms: u64,
-    ) -> Result<Response, Refusal> {
+    fn prove(&mut self, challenge: &Challenge, now_ms: u64) -> Result<Response, Refusal> {
         if now_ms < self.next_proof_ms {
             return Err(Refusal::Busy);
         }
@@ -185,7 +183,7 @@ impl<F: NorFlash> Storage<F> {
             changes: self.end.last_counter(),
         };
         let key = self.key.in_force()?;
-        let tag = authority::proof(key, challenge, &self.board, build, &statement);
+        let tag = authority::proof(key, challenge, &self.board, &self.build, &statement);
         Ok(Response::Proof { statement, tag })
     }
 

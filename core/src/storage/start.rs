@@ -4,8 +4,8 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use super::key::KeyState;
 use super::{Storage, refusal};
-use crate::records::Stored;
 use crate::records::log::{Entry, Reason};
+use crate::records::{BuildId, Stored};
 use crate::wire::Refusal;
 
 impl<F: NorFlash> Storage<F> {
@@ -44,11 +44,12 @@ impl<F: NorFlash> Storage<F> {
     }
 
     /// Completes what a loss of power interrupted: the log entries of an upload and of a first key, and the
-    /// erasure of a key that is not in force and of sets from before a factory reset.
+    /// erasure of a key that is not in force and of sets from before a factory reset. `build` is the firmware.
     ///
     /// # Errors
     /// [`Refusal::Log`], [`Refusal::Flash`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
-    pub async fn complete(&mut self) -> Result<(), Refusal> {
+    pub async fn complete(&mut self, build: BuildId) -> Result<(), Refusal> {
+        self.build = build;
         if let Some(entry) = self.unlogged.or_else(|| self.missing_entry()) {
             self.follow_up(&entry).await?;
         }

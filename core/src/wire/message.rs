@@ -73,7 +73,7 @@ pub enum Request {
     /// Random bytes for the tag of a change → [`Response::Challenge`].
     Challenge,
     /// A change of what the board keeps, see [`super::change`]. It ends an upload under way → [`Response::Done`] for an
-    /// upload, whose pieces may then come, and for a key; [`Response::Unchanged`] for the key that the board has;
+    /// upload, whose pieces may then come, and for a key;
     /// [`Response::Committed`] for a rollback;
     /// [`Response::Erased`] for a factory reset.
     Change {
@@ -205,8 +205,6 @@ pub enum Response {
         /// The motion, or why the jacks give none.
         motion: Result<Motion, PoseRefusal>,
     },
-    /// What the change asks for is so already: nothing was changed, and the log has no entry of it.
-    Unchanged,
     /// The board has the key.
     Proof {
         /// What it says of itself.

@@ -183,4 +183,9 @@ pub enum Refusal {
          log too, then provision it and upload again"
     )]
     KeyDamaged,
+    /// The new key is the one that is in force.
+    #[error(
+        "the board has this key already, and nothing has changed; make another for it with `hexsense provision`"
+    )]
+    SameKey,
 }

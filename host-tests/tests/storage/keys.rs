@@ -250,7 +250,7 @@ fn the_key_that_a_board_has_is_no_change() {
     let operations = nor.operations;
     let mut key_holder = KeyHolder::start(&mut nor);
     let again = key_holder.change(&KEY, Act::Provision(KEY));
-    assert_eq!(again, Ok(Response::Unchanged));
+    assert_eq!(again, Err(Refusal::SameKey));
     let log = key_holder.log();
     assert_eq!(log.len(), 3);
     assert_eq!(
@@ -265,7 +265,8 @@ fn the_key_that_a_board_has_is_no_change() {
     key_holder.now_ms += MAX_WAIT_MS;
     let bytes = encoded(&numbered(3));
     key_holder.change(&KEY, upload_of(&bytes)).unwrap();
-    key_holder.change(&KEY, Act::Provision(KEY)).unwrap();
+    let again = key_holder.change(&KEY, Act::Provision(KEY));
+    assert_eq!(again, Err(Refusal::SameKey));
     assert_eq!(key_holder.send(&bytes), Err(Refusal::NoUpload));
     drop(key_holder);
     assert_eq!(nor.operations, operations);

@@ -7,4 +7,5 @@ mod key_holder;
 mod keys;
 mod log;
 mod power_cuts;
+mod proofs;
 mod uploads;

@@ -183,7 +183,6 @@ fn responses() -> String {
         Erased { .. } => Response::Erased { sets: 8 },
         Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
-        Unchanged {} => Response::Unchanged,
         Proof { .. } => Response::Proof { statement: Statement { set: Some(ID), changes: 0x0102_0304 }, tag: [0xA7; 32] },
     })
 }
@@ -223,6 +222,7 @@ fn refusals() -> String {
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
         EarlierLog {} => Refusal::EarlierLog,
         KeyDamaged {} => Refusal::KeyDamaged,
+        SameKey {} => Refusal::SameKey,
     })
 }
 
