@@ -1,24 +1,23 @@
 //! A damaged key opens the board to nobody, a new key takes the place of the old one in one step, no line gets a key that
 //! exists, and a change that is held back is void once the board has proven itself.
 
+mod line;
+
 use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::process::Command;
 
 use anyhow::{Context, ensure};
 use hexsense_core::authority::MAX_WAIT_MS;
 use hexsense_core::wire::change::{self, Key};
-use hexsense_core::wire::{Refusal, Request, Response};
-use hexsense_probe::files;
+use hexsense_core::wire::{Refusal, Response};
 use serde_json::{Value, json};
 
 use super::outcome::Outcome;
 use crate::bench::{Bench, Board};
-use crate::key_holder::{Account, Act, KeyHolder, pieces, upload_of};
+use crate::key_holder::{Account, Act, KeyHolder, upload_of};
 use crate::line::{Line, is_gone};
-use crate::power::{FLASH, Power};
-use crate::programs::Program;
+use crate::power::FLASH;
 use crate::trial_set::Random;
 
 /// Where the first page of the key is in the flash memory: bank 2 behind eight pages of sets.
@@ -53,9 +52,16 @@ pub fn guard(seed: u64, every: usize, minimum: u64) -> anyhow::Result<Outcome> {
 enum Flaw {
     /// These bits are inverted, and the error correction code does not tell.
     Bits(u64),
-    /// It was torn, and reading it raises the non-maskable interrupt.
-    Torn,
+    /// These bits are inverted, and reading the word raises the non-maskable interrupt.
+    Torn(u64),
 }
+
+/// One bit, two bits, a torn word.
+const FLAWS: [Flaw; 3] = [
+    Flaw::Bits(1 << 11),
+    Flaw::Bits(1 << 3 | 1 << 44),
+    Flaw::Torn(0x00FF_0F00_A5A5_0001),
+];
 
 struct Trial {
     bench: Bench,
@@ -95,14 +101,13 @@ impl Trial {
         let mut torn = String::new();
         for (place, flaw) in flaws {
             let place = KEY_PAGE + place;
-            match flaw {
-                Flaw::Bits(bits) => {
-                    let word = flash.get_mut(place..place + 8).context("a short flash")?;
-                    for (byte, bits) in word.iter_mut().zip(bits.to_le_bytes()) {
-                        *byte ^= bits;
-                    }
-                }
-                Flaw::Torn => torn += &format!("{place:#08x} torn\n"),
+            let (Flaw::Bits(bits) | Flaw::Torn(bits)) = flaw;
+            let word = flash.get_mut(place..place + 8).context("a short flash")?;
+            for (byte, bits) in word.iter_mut().zip(bits.to_le_bytes()) {
+                *byte ^= bits;
+            }
+            if let Flaw::Torn(_) = flaw {
+                torn += &format!("{place:#08x} torn\n");
             }
         }
         fs::write(&file, flash)?;
@@ -126,15 +131,10 @@ impl Trial {
 
     /// The key works, and the board keeps what it kept.
     fn one_damaged_copy(&mut self, every: usize) -> anyhow::Result<()> {
-        let flaws = [
-            Flaw::Bits(1 << 11),
-            Flaw::Bits(1 << 3 | 1 << 44),
-            Flaw::Torn,
-        ];
         let places = COPIES
             .iter()
             .flat_map(|copy| (0..WORDS).map(move |word| copy + 8 * word));
-        let cases = places.flat_map(|place| flaws.map(|flaw| (place, flaw)));
+        let cases = places.flat_map(|place| FLAWS.map(|flaw| (place, flaw)));
         for case in cases.step_by(every) {
             let mut board = self.damaged(&[case])?;
             self.outcome.inject();
@@ -148,11 +148,7 @@ impl Trial {
 
     /// Nobody changes anything, and the board measures on with its set.
     fn two_damaged_copies(&mut self) -> anyhow::Result<()> {
-        for flaw in [
-            Flaw::Bits(1 << 11),
-            Flaw::Bits(1 << 3 | 1 << 44),
-            Flaw::Torn,
-        ] {
+        for flaw in FLAWS {
             let mut board = self.damaged(&COPIES.map(|copy| (copy + 24, flaw)))?;
             let line = &mut board.line;
             let status = line.status()?;
@@ -240,71 +236,6 @@ impl Trial {
             Err(error) => Err(error),
         }
     }
-
-    /// Changes that arrive after the board has proven itself.
-    fn held_back(&mut self) -> anyhow::Result<()> {
-        self.bench.restore("before")?;
-        let mut board = self.bench.on(&[])?;
-        let line = &mut board.line;
-        for act in self.acts(&NEW_KEY)? {
-            let held = self.key_holder.tagged(line, act)?;
-            prove(line)?;
-            let is_right = |refusal| refusal == Refusal::NoChallenge;
-            self.outcome.refused(line, &held, is_right)?;
-        }
-        let mut room = [0; hexsense_core::records::MAX_ENCODED];
-        let set = self.random.set(self.key_holder.board);
-        let encoded = set.encode(&mut room)?;
-        self.key_holder.begin(line, encoded)?;
-        for piece in pieces(encoded) {
-            line.order(&piece)?;
-        }
-        prove(line)?;
-        let is_right = |refusal| refusal == Refusal::NoUpload;
-        self.outcome
-            .refused(line, &Request::UploadCommit, is_right)?;
-        let found = Account::read(line)?;
-        self.outcome.check(found == self.account, || {
-            format!("the account has become {found:?}")
-        });
-        Ok(())
-    }
-
-    /// An erased chip with the id of the board says that it has no key, and a board with another key answers.
-    fn lying_board(&mut self) -> anyhow::Result<()> {
-        let file = self.bench.folder().join("board.key");
-        let digits = files::hex(&self.key_holder.key.0);
-        for (case, command) in [
-            ("erased", "provision"),
-            ("erased", "info"),
-            ("rekeyed", "info"),
-        ] {
-            let elsewhere = Bench::new("faults/key-elsewhere", 7)?;
-            if case == "rekeyed" {
-                let mut board = elsewhere.on(&[])?;
-                let mut stranger = self.somebody(&STRANGER);
-                stranger.provision(&mut board.line)?;
-            }
-            key_file(&file, &digits)?;
-            let board = elsewhere.start(&Power::default())?;
-            let mut tool = Command::new(Program::HostTool.path()?);
-            tool.args([command, "--port", board.address("link")?])
-                .arg("--key")
-                .arg(&file);
-            let output = tool.output()?;
-            drop(board);
-            self.outcome.inject();
-            let provisioned = elsewhere.on(&[])?.line.status()?.provisioned;
-            let held = !output.status.success() && provisioned == (case == "rekeyed");
-            self.outcome.check(held, || {
-                format!("`hexsense {command}` trusts a board that was {case}")
-            });
-            let same = fs::read_to_string(&file)?.trim() == digits;
-            self.outcome
-                .check(same, || "the key file has changed".to_owned());
-        }
-        Ok(())
-    }
 }
 
 /// Whether the board makes changes for this key holder. A wait after a wrong key passes first.
@@ -320,24 +251,4 @@ fn serves(line: &mut Line, key_holder: &KeyHolder) -> anyhow::Result<bool> {
             other => anyhow::bail!("a rollback to no set was answered by {other:?}"),
         }
     }
-}
-
-fn prove(line: &mut Line) -> anyhow::Result<()> {
-    let proof = line.ask(&Request::Prove { challenge: [9; 16] })?;
-    ensure!(
-        matches!(proof, Response::Proof { .. }),
-        "no proof but {proof:?}"
-    );
-    Ok(())
-}
-
-/// A key file as hexsense writes it.
-fn key_file(path: &std::path::Path, digits: &str) -> anyhow::Result<()> {
-    fs::write(path, format!("{digits}\n"))?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        fs::set_permissions(path, fs::Permissions::from_mode(0o600))?;
-    }
-    Ok(())
 }
