@@ -37,7 +37,7 @@ impl Client {
     /// # Errors
     /// [`ProofError`].
     pub fn prove(&mut self, key: &Key) -> Result<Statement, ProofError> {
-        let mut challenge = [0; 16];
+        let mut challenge = [0; 32];
         getrandom::fill(&mut challenge).map_err(ProofError::Random)?;
         let Identity { board, build, .. } = self.identity()?;
         let request = Request::Prove { challenge };

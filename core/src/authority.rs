@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use crate::records::BuildId;
 use crate::records::key::Key;
 use crate::wire::Refusal;
-use crate::wire::change::{Challenge, Change, Statement, Tag};
+use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;
@@ -39,7 +39,7 @@ pub fn tag(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) 
 #[must_use]
 pub fn proof(
     key: &Key,
-    challenge: &Challenge,
+    challenge: &ProofChallenge,
     board: &[u8; 12],
     build: &BuildId,
     statement: &Statement,

@@ -33,7 +33,7 @@ use crate::records::log::{End, Entry, Log, Reason};
 use crate::records::{
     Archive, ArchiveError, BuildId, CoefficientSet, History, MAX_ENCODED, SetId, Stored,
 };
-use crate::wire::change::{Challenge, Change, Statement, Tag};
+use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
@@ -65,7 +65,7 @@ pub enum StorageCommand {
     /// Forget the upload.
     Abort,
     /// Prove the key to this challenge of the host.
-    Prove(Challenge),
+    Prove(ProofChallenge),
 }
 
 /// The active set.
@@ -171,7 +171,7 @@ impl<F: NorFlash> Storage<F> {
         }
     }
 
-    fn prove(&mut self, challenge: &Challenge, now_ms: u64) -> Result<Response, Refusal> {
+    fn prove(&mut self, challenge: &ProofChallenge, now_ms: u64) -> Result<Response, Refusal> {
         if now_ms < self.next_proof_ms {
             return Err(Refusal::Busy);
         }

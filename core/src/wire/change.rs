@@ -16,7 +16,7 @@
 //!
 //! ```text
 //! host                                            board
-//! prove, 16 random bytes ───────────────────────▶ forgets its own challenge, and an upload under way
+//! prove, 32 random bytes ───────────────────────▶ forgets its own challenge, and an upload under way
 //!            ◀──────────────────────────────────── statement, tag
 //!
 //! tag = HMAC-SHA256(key, "hexsense proof 1" ‖ challenge ‖ unique id ‖ build ‖ statement)
@@ -34,6 +34,9 @@ pub use crate::records::key::Key;
 pub type Challenge = [u8; 16];
 /// HMAC-SHA256 over challenge, board and change.
 pub type Tag = [u8; 32];
+/// Random bytes that a proof answers. They are as long as a tag and a key, because each length of array that the board
+/// decodes takes half a kilobyte of flash.
+pub type ProofChallenge = [u8; 32];
 
 /// What a board says of itself and proves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use crate::live_motion::Motion;
 use crate::records::log::Entry;
 use crate::records::{BuildId, SetId};
 use crate::sampling::BlockSize;
-use crate::wire::change::{Challenge, Change, Statement, Tag};
+use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 use crate::wire::pose::PoseRefusal;
 use crate::wire::refusal::Refusal;
@@ -111,7 +111,7 @@ pub enum Request {
     /// afterwards → [`Response::Proof`]; [`Refusal::Busy`] within 10 ms of the proof before.
     Prove {
         /// Random bytes of the host.
-        challenge: Challenge,
+        challenge: ProofChallenge,
     },
 }
 

@@ -10,7 +10,7 @@ use host_tests::sets::{BOARD, BUILD, encoded, numbered};
 
 use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES, acts, id, upload_of};
 
-const CHALLENGE: [u8; 16] = *b"sixteen of them.";
+const CHALLENGE: [u8; 32] = *b"thirty-two random bytes of hosts";
 
 /// Computed with Python's `hmac` and `hashlib` over bytes written out by hand.
 #[test]
@@ -24,14 +24,14 @@ fn a_proof_is_the_hmac_that_others_compute() {
                 set: Some(SetId([1, 2, 3, 4, 5, 6, 7, 8])),
                 changes: 0x0102_0304,
             },
-            "8c62fce6e1339faa4c8150924dd5cebd977d2ec278cf00c8bbd8917fd7bdb272",
+            "41834e0073cb91756a27efbd9bcba4bfb2c0a6baf5fdfa8438f81cc36db43480",
         ),
         (
             Statement {
                 set: None,
                 changes: 0,
             },
-            "fc88a469e8edaddc9866e987b8a2143cf08e5eeb7e764c12137817d049800116",
+            "80f69d390eb1bc8cc781d5013f9d06c972265ce99298f38ea881ba5e733e7a4b",
         ),
     ] {
         let tag = proof(&key, &challenge, &BOARD, &build, &statement);

@@ -163,7 +163,7 @@ fn requests() -> String {
         UploadAbort {} => Request::UploadAbort,
         Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
-        Prove { .. } => Request::Prove { challenge: *b"0123456789abcdef" },
+        Prove { .. } => Request::Prove { challenge: *b"0123456789abcdefghijklmnopqrstuv" },
     })
 }
 

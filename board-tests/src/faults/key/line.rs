@@ -84,7 +84,7 @@ impl Trial {
 }
 
 fn prove(line: &mut Line) -> anyhow::Result<()> {
-    let proof = line.ask(&Request::Prove { challenge: [9; 16] })?;
+    let proof = line.ask(&Request::Prove { challenge: [9; 32] })?;
     ensure!(
         matches!(proof, Response::Proof { .. }),
         "no proof but {proof:?}"
