@@ -75,12 +75,9 @@ fn publish(
     published: &mut Option<SetId>,
     shared: &Shared,
 ) {
-    for (flag, state) in [
-        (&shared.provisioned, storage.is_provisioned()),
-        (&shared.key_damaged, storage.is_key_damaged()),
-    ] {
-        flag.store(state, Ordering::Relaxed);
-    }
+    let (provisioned, damaged) = (storage.is_provisioned(), storage.is_key_damaged());
+    shared.provisioned.store(provisioned, Ordering::Relaxed);
+    shared.key_damaged.store(damaged, Ordering::Relaxed);
     let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {

@@ -7,6 +7,7 @@
 //!
 //! The board proves itself with the same key, see [`proof`].
 
+use hmac::digest::CtOutput;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
 
@@ -29,10 +30,7 @@ const MAX_CHANGE: usize = 64;
 /// Tag of a change on the board with unique id `board`.
 #[must_use]
 pub fn tag(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Tag {
-    mac(key, challenge, board, change)
-        .finalize()
-        .into_bytes()
-        .into()
+    mac(key, challenge, board, change).into_bytes().into()
 }
 
 /// Tag by which the board with unique id `board` proves that it has the key, and what it says of itself.
@@ -54,18 +52,23 @@ pub fn proof(
         &set.0,
         &statement.changes.to_le_bytes(),
     ];
-    keyed(key, &parts).finalize().into_bytes().into()
+    keyed(key, &parts).into_bytes().into()
 }
 
-fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Hmac<Sha256> {
+fn mac(
+    key: &Key,
+    challenge: &Challenge,
+    board: &[u8; 12],
+    change: &Change,
+) -> CtOutput<Hmac<Sha256>> {
     let mut encoded = [0; MAX_CHANGE];
     // A change always fits. If it did not, its digest would be that of no bytes, which no other change has.
     let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
     keyed(key, &[challenge, board, &Sha256::digest(encoded)])
 }
 
-/// HMAC of the parts one behind the other. One loop of updates takes a kilobyte less of flash than each by itself.
-fn keyed(key: &Key, parts: &[&[u8]]) -> Hmac<Sha256> {
+/// HMAC of the parts one behind the other.
+fn keyed(key: &Key, parts: &[&[u8]]) -> CtOutput<Hmac<Sha256>> {
     // A key shorter than a block of the hash is filled up with zeros (RFC 2104).
     let mut block = [0; 64];
     block[..key.0.len()].copy_from_slice(&key.0);
@@ -73,7 +76,7 @@ fn keyed(key: &Key, parts: &[&[u8]]) -> Hmac<Sha256> {
     for part in parts {
         mac.update(part);
     }
-    mac
+    mac.finalize()
 }
 
 /// The open challenge, and the number of wrong tags.
@@ -116,10 +119,7 @@ impl Authority {
             .filter(|(_, at_ms)| now_ms.saturating_sub(*at_ms) <= CHALLENGE_MS)
             .ok_or(Refusal::NoChallenge)?;
         // The comparison takes the same time for every wrong tag.
-        if mac(key, &challenge, board, change)
-            .verify_slice(tag)
-            .is_err()
-        {
+        if mac(key, &challenge, board, change) != CtOutput::new((*tag).into()) {
             let wait_ms = (FIRST_WAIT_MS << self.wrong.min(u32::BITS - 1)).min(MAX_WAIT_MS);
             self.wrong = self.wrong.saturating_add(1);
             self.waits_until_ms = now_ms.saturating_add(wait_ms);

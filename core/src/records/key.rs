@@ -98,14 +98,13 @@ impl<F: NorFlash> KeyPages<F> {
     /// [`KeyError::Flash`].
     pub async fn load(&mut self) -> Result<[Option<StoredKey>; 2], KeyError<F::Error>> {
         let mut keys = [None, None];
-        for (page, key) in (0..).zip(&mut keys) {
-            for at in self.copies(page) {
-                let mut bytes = [0; RECORD];
-                let read = self.flash.read(at, &mut bytes).await;
-                read.map_err(KeyError::Flash)?;
-                if let Some(found) = StoredKey::decode(&bytes) {
-                    *key = Some(found);
-                }
+        for copy in 0..4 {
+            let mut bytes = [0; RECORD];
+            let at = self.place(copy);
+            let read = self.flash.read(at, &mut bytes).await;
+            read.map_err(KeyError::Flash)?;
+            if let Some(found) = StoredKey::decode(&bytes) {
+                keys[usize::from(copy / 2)] = Some(found);
             }
         }
         Ok(keys)
@@ -118,7 +117,8 @@ impl<F: NorFlash> KeyPages<F> {
     pub async fn store(&mut self, page: u8, key: &StoredKey) -> Result<(), KeyError<F::Error>> {
         self.erase(page).await?;
         let record = key.encode();
-        for at in self.copies(page) {
+        for copy in [2 * page, 2 * page + 1] {
+            let at = self.place(copy);
             // A failed write shows when it is read back.
             let _ = self.flash.write(at, &record).await;
             let mut bytes = [0; RECORD];
@@ -136,14 +136,13 @@ impl<F: NorFlash> KeyPages<F> {
     /// # Errors
     /// [`KeyError::Flash`].
     pub async fn erase(&mut self, page: u8) -> Result<(), KeyError<F::Error>> {
-        let [start, _] = self.copies(page);
+        let start = self.place(2 * page);
         let erased = self.flash.erase(start, start + Self::PAGE).await;
         erased.map_err(KeyError::Flash)
     }
 
-    /// Where the copies of a page begin.
-    fn copies(&self, page: u8) -> [u32; 2] {
-        let start = self.start + u32::from(page) * Self::PAGE;
-        [start, start + Self::PAGE / 2]
+    /// Where a copy (0 to 3) begins: two are in each page.
+    fn place(&self, copy: u8) -> u32 {
+        self.start + u32::from(copy) * (Self::PAGE / 2)
     }
 }

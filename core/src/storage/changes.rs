@@ -22,7 +22,8 @@ impl<F: NorFlash> Storage<F> {
         };
         self.authority
             .check(key, &self.board, change, tag, now_ms)?;
-        let is_same = self.is_provisioned() && change.act == Act::Provision(key.clone());
+        let is_same =
+            self.is_provisioned() && matches!(&change.act, Act::Provision(new) if new == key);
         self.upload = None;
         if is_same {
             return Err(Refusal::SameKey);
