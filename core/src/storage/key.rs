@@ -8,6 +8,8 @@
 //! also after the next start; after it only the new key serves. The first key of a board has no old key beside it. It is
 //! in force once it is in its page, and the next start completes its entry.
 //!
+//! This file and `mod.rs` are two halves of [`Storage`].
+//!
 //! A board that had a key and finds no good copy of it is not a board without a key: it takes no change at all.
 
 use embedded_storage_async::nor_flash::NorFlash;
