@@ -33,6 +33,9 @@ const HALVES: &[(&str, Halves)] = &[
             files: ["storage/mod.rs", "storage/upload.rs"],
             reason: "the storage keeps the upload under way, and an upload is a series of its commands",
         },
+    ),
+    (
+        "core/src",
         Halves {
             files: ["storage/mod.rs", "storage/key.rs"],
             reason: "the storage keeps what is known of the key, and finds and replaces the key by its flash and its log",
