@@ -4,6 +4,8 @@
 //! request is sent again when its answer is lost. Changes (see [`super::change`]) and the commit of an upload (see
 //! [`super::upload`]) must not be carried out twice and are sent once.
 
+mod name;
+
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -15,6 +17,7 @@ use super::bounds;
 use super::error::{LinkError, ProtocolError};
 use super::line::{Content, FrameLine};
 use super::transport::Transport;
+use name::name;
 
 /// How often a request is asked.
 pub const ATTEMPTS: u32 = 3;
@@ -297,27 +300,5 @@ pub fn answer_error(request: &Request) -> LinkError {
     .into()
 }
 
-/// What a request is called in messages.
-fn name(request: &Request) -> &'static str {
-    match request {
-        Request::Identity => "identity",
-        Request::Status => "status",
-        Request::Stream(_) => "stream",
-        Request::Rate(_) => "scan rate",
-        Request::Block(_) => "block",
-        Request::Drive { .. } => "drive frequency",
-        Request::Sums { .. } => "harmonic sums",
-        Request::ActiveSet => "active set",
-        Request::ReadSet { .. } => "bytes of the set",
-        Request::History { .. } => "history of sets",
-        Request::Log { .. } => "log of changes",
-        Request::Challenge => "challenge",
-        Request::Change { .. } => "change",
-        Request::UploadChunk { .. } => "piece of an upload",
-        Request::UploadCommit => "commit of an upload",
-        Request::UploadAbort => "end of an upload",
-        Request::Harmonics { .. } => "harmonics",
-        Request::Motion { .. } => "motion",
-        Request::Prove { .. } => "proof of the key",
-    }
-}
+#[cfg(test)]
+mod tests;

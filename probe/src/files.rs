@@ -7,42 +7,19 @@
 //! A file that is read whole has a [`Limit`], so that no file, and no device in its place, takes all memory.
 
 use std::fmt::Display;
+mod limit;
+
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Write};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-/// How large a file may be that is read whole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limit {
-    /// Most bytes.
-    pub bytes: u64,
-    /// What such a file is.
-    pub kind: &'static str,
-}
+pub use limit::{CAPTURE, KEY, Limit, NOTES, SETTINGS, read};
 
-/// What people write: geometry, sensors, plan, coefficients. The largest that hexsense writes has 20 kB.
-pub const SETTINGS: Limit = Limit {
-    bytes: 1 << 20,
-    kind: "a file of settings",
-};
-/// What hexsense notes in a campaign's folder, as JSON.
-pub const NOTES: Limit = Limit {
-    bytes: 16 << 20,
-    kind: "a note of a campaign",
-};
-/// The scans of a run: more than an hour at 1 kHz.
-pub const CAPTURE: Limit = Limit {
-    bytes: 1 << 30,
-    kind: "a capture",
-};
-/// A key.
-pub const KEY: Limit = Limit {
-    bytes: 1_024,
-    kind: "a key file",
-};
+/// Most letters that are told of what is wrong with a file.
+const MAX_TOLD: usize = 1_000;
 
 /// Why a file cannot be used. Every message starts with the file's name.
 #[derive(Debug, thiserror::Error)]
@@ -137,55 +114,6 @@ impl FileError {
     }
 }
 
-/// The text of a file. No more of it is read than `limit` allows, and of a file that has a size nothing when it is too
-/// large.
-///
-/// # Errors
-/// [`FileError::Read`] and [`FileError::Large`].
-pub fn read(path: &Path, limit: Limit) -> Result<String, FileError> {
-    let file = || path.display().to_string();
-    let read = || {
-        if may_never_end(path) {
-            return Err(io::Error::other(
-                "it is a pipe, into which nobody may ever write",
-            ));
-        }
-        let opened = File::open(path)?;
-        let size = opened.metadata()?.len();
-        let mut text = String::new();
-        if size <= limit.bytes {
-            text.reserve_exact(size as usize);
-            opened.take(limit.bytes + 1).read_to_string(&mut text)?;
-        }
-        Ok((size.max(text.len() as u64), text))
-    };
-    match read() {
-        Ok((size, text)) if size <= limit.bytes => Ok(text),
-        Ok(_) => Err(FileError::Large {
-            file: file(),
-            limit,
-        }),
-        Err(reason) => Err(FileError::Read {
-            file: file(),
-            reason,
-        }),
-    }
-}
-
-/// Whether a path is a named pipe. Those that a shell makes for a command's output are under /dev.
-#[cfg(unix)]
-fn may_never_end(path: &Path) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    let is_pipe = fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo());
-    is_pipe && !path.starts_with("/dev")
-}
-
-/// Other systems have no named pipes among their files.
-#[cfg(not(unix))]
-fn may_never_end(_path: &Path) -> bool {
-    false
-}
-
 /// Creates a file, in place of whatever has its name. What a link leads to stays as it is.
 ///
 /// # Errors
@@ -203,9 +131,19 @@ pub fn create(path: &Path) -> io::Result<File> {
 /// # Errors
 /// [`FileError::Syntax`].
 pub fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, FileError> {
-    toml::from_str(text).map_err(|error| FileError::Syntax {
-        file: file.to_owned(),
-        problem: error.to_string().trim_end().to_owned(),
+    toml::from_str(text).map_err(|error| {
+        // It quotes the line, which may be the whole file.
+        let problem = error.to_string();
+        let told: String = problem.trim_end().chars().take(MAX_TOLD).collect();
+        let cut = if told.len() < problem.trim_end().len() {
+            " …"
+        } else {
+            ""
+        };
+        FileError::Syntax {
+            file: file.to_owned(),
+            problem: told + cut,
+        }
     })
 }
 
@@ -311,27 +249,6 @@ mod tests {
         let error = replace(&path, "new").unwrap_err().to_string();
         assert!(error.contains("plan.toml: cannot be written"), "{error}");
         assert_eq!(read(&path, SETTINGS).unwrap(), "old");
-    }
-
-    #[test]
-    fn a_file_may_be_as_large_as_its_limit_and_no_larger() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("key");
-        fs::write(&path, [b'a'; 1_024]).unwrap();
-        assert_eq!(read(&path, KEY).unwrap().len(), 1_024);
-        fs::write(&path, [b'a'; 1_025]).unwrap();
-        let error = read(&path, KEY).unwrap_err().to_string();
-        assert!(error.contains("key: is larger than 1024 bytes"), "{error}");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_device_without_an_end_is_read_up_to_the_limit() {
-        let endless = read(Path::new("/dev/zero"), SETTINGS);
-        assert!(
-            matches!(endless, Err(FileError::Large { .. })),
-            "{endless:?}"
-        );
     }
 
     #[cfg(unix)]

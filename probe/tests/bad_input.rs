@@ -233,20 +233,19 @@ fn a_plan_that_leaves_the_stroke_names_jack_time_length_and_limit() {
 fn a_coefficient_file_cut_in_half() {
     let folder = folder(str::to_owned);
     let text = coefficient_file::to_text("", &set(0), &fake::set::sources()).unwrap();
-    fs::write(
-        folder.path().join("coefficients.toml"),
-        &text[..text.len() / 2],
-    )
-    .unwrap();
+    // Apart from the sensor file, which is that of another campaign.
+    fs::create_dir(folder.path().join("set")).unwrap();
+    let file = folder.path().join("set/coefficients.toml");
+    fs::write(&file, &text[..text.len() / 2]).unwrap();
     let port = port(|_| {});
-    let upload = ["upload", "--port", &port, "coefficients.toml"];
+    let upload = ["upload", "--port", &port, "set"];
     let message = refusal(&folder, &upload);
     assert!(
         message.contains("coefficients.toml is not a whole coefficient file"),
         "{message}"
     );
 
-    fs::write(folder.path().join("coefficients.toml"), &text).unwrap();
+    fs::write(&file, &text).unwrap();
     Command::cargo_bin("hexsense")
         .unwrap()
         .current_dir(folder.path())

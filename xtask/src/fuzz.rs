@@ -19,7 +19,7 @@ pub struct Arguments {
     /// Inputs for each target
     #[arg(long, default_value_t = 1_000_000)]
     pub runs: u64,
-    /// The only target to run: frames, messages, storage or records
+    /// The only target to run: frames, messages, storage, records or host
     pub target: Option<String>,
 }
 

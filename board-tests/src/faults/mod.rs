@@ -11,6 +11,7 @@
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
 //! | `key` | damaged key pages, power cuts in a replacement of the key, changes that are held back, boards that say they have no key |
+//! | `host` | boards that lie to the host tool, hostile files, outputs that are not there |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -18,6 +19,7 @@ mod authority;
 mod captures;
 mod counted;
 mod gaps;
+mod host;
 mod hostile;
 mod key;
 mod no_loss;
@@ -53,7 +55,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 8] = [
+const PROMISES: [&str; 9] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -62,6 +64,7 @@ const PROMISES: [&str; 8] = [
     "authority",
     "audit",
     "key",
+    "host",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -191,6 +194,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
+        Trial::one(&["host"], move || host::attack(size.flood_s)),
         Trial::one(&["no_loss"], move || {
             no_loss::stream_through(seed, size.changes)
         }),

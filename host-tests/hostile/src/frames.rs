@@ -106,7 +106,7 @@ fn is_good(bytes: &mut [u8]) -> bool {
     frame::decode(bytes).is_ok_and(|frame| frame.payload == GOOD)
 }
 
-fn encoded(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+pub(crate) fn encoded(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = vec![0; MAX_FRAME];
     let length = frame::encode(kind, sequence, &mut out, |place| {
         place.get_mut(..payload.len())?.copy_from_slice(payload);

@@ -66,6 +66,11 @@ fn no_bytes_in_flash_keep_the_board_from_starting() {
     attack("records", 3_000, 120);
 }
 
+#[test]
+fn no_board_makes_the_host_panic_record_a_number_that_is_none_or_print_what_a_terminal_obeys() {
+    attack("host", 5_000, 200);
+}
+
 /// Checks the starting points of the attacks: on wrong ones the attacks would be harmless.
 #[test]
 fn attacks_begin_on_boards_with_the_history_they_say() {

@@ -27,13 +27,22 @@ const RULES: &[Rule] = &[
     rule(
         "hexsense-probe",
         &["geometries", "hexsense-client", "hexsense-core", "tables"],
-        &["hexsense", "hostile", "twin"],
+        &["hexsense", "twin"],
     ),
     rule("tables", &[], &[]),
     rule("twin", &["geometries", "tables"], &[]),
     rule("virtual-board", &[], &[]),
     rule("sample-path-bench", &["hexsense-core"], &[]),
-    rule("hostile", &["hexsense", "hexsense-core"], &[]),
+    rule(
+        "hostile",
+        &[
+            "hexsense",
+            "hexsense-client",
+            "hexsense-core",
+            "hexsense-probe",
+        ],
+        &[],
+    ),
     rule(
         "host-tests",
         &[

@@ -51,7 +51,7 @@ fn a_proof_tells_set_and_changes_and_is_made_with_the_key_in_force() {
     let mut key_holder = KeyHolder::start(&mut nor);
     assert_eq!(prove(&mut key_holder), Err(Refusal::Unprovisioned));
     key_holder.provision();
-    let mut holds = |key_holder: &mut KeyHolder, key: &Key, set, changes| {
+    let holds = |key_holder: &mut KeyHolder, key: &Key, set, changes| {
         let statement = Statement { set, changes };
         let tag = proof(key, &CHALLENGE, &BOARD, &BUILD, &statement);
         assert_eq!(prove(key_holder), Ok(Response::Proof { statement, tag }));

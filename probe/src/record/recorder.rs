@@ -263,3 +263,6 @@ fn check_finite(block: &Block) -> Result<(), RecordError> {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests;

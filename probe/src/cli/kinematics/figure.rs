@@ -30,7 +30,7 @@ impl Figure {
         let page = base_figure::page(&GeometryFile::load(&self.base.geometry)?);
         match self.out {
             Some(path) => files::replace(&path, &page)?,
-            None => terminal::print(&format!("{page}"))?,
+            None => terminal::print(&page)?,
         }
         Ok(())
     }
