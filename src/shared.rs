@@ -16,15 +16,17 @@
 //! What the sample path shares is in [`crate::sampling::path`]. A *latest* value has one writer and overwrites itself; a
 //! command is answered exactly once.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_sync::watch::Watch;
 use hexsense_core::channel::Ratiometric;
 use hexsense_core::live_pose::JackBlock;
-use hexsense_core::records::{JackCoefficients, MotionBase, SetId};
+use hexsense_core::records::{BuildId, JackCoefficients, MotionBase, SetId};
 use hexsense_core::sampling::{Calibrator, SupplyReading};
 use hexsense_core::server::{HarmonicsCommand, SamplingCommand};
 use hexsense_core::storage::StorageCommand;
@@ -99,6 +101,10 @@ pub struct Shared {
     pub active: Watch<Guard, Option<Active>, 2>,
     /// Whether the board has a key: storage to link.
     pub provisioned: AtomicBool,
+    /// Whether it had one and cannot read it any more: storage to link.
+    pub key_damaged: AtomicBool,
+    /// Identity of the firmware, once it is computed: storage to link.
+    pub build: Mutex<Guard, Cell<Option<BuildId>>>,
     /// Base of the active set, once there was one: storage to pose and harmonics.
     pub base: Watch<Guard, Option<Base>, 2>,
     /// Jacks of the latest block that the link has sent: to pose.
@@ -124,6 +130,8 @@ impl Shared {
             supply: Watch::new(),
             active: Watch::new(),
             provisioned: AtomicBool::new(false),
+            key_damaged: AtomicBool::new(false),
+            build: Mutex::new(Cell::new(None)),
             base: Watch::new(),
             jacks: Signal::new(),
             pose: Signal::new(),

@@ -19,6 +19,7 @@ use hexsense_core::storage::Storage;
 use hexsense_core::wire::Response;
 use hexsense_core::wire::status::OptionBytes;
 
+use crate::chip::identity;
 use crate::chip::random::Random;
 use crate::chip::timing::{COEFFICIENT_CHECK, HEARTBEAT};
 use crate::health::flash_errors::Corrections;
@@ -48,9 +49,11 @@ pub async fn store(
     let mut published = None;
     let loaded = storage.load().await;
     publish(&storage, &mut published, shared);
+    let build = identity::build().await;
+    shared.build.lock(|known| known.set(Some(build)));
     if loaded.is_err() {
         defmt::error!("storage cannot read its flash");
-    } else if storage.complete().await.is_err() {
+    } else if storage.complete(build).await.is_err() {
         defmt::error!("storage cannot complete a change");
     }
     let mut random = Random::new(random);
@@ -82,9 +85,9 @@ fn publish(
     published: &mut Option<SetId>,
     shared: &Shared,
 ) {
-    shared
-        .provisioned
-        .store(storage.is_provisioned(), Ordering::Relaxed);
+    let (provisioned, damaged) = (storage.is_provisioned(), storage.is_key_damaged());
+    shared.provisioned.store(provisioned, Ordering::Relaxed);
+    shared.key_damaged.store(damaged, Ordering::Relaxed);
     let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {

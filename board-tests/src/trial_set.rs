@@ -36,6 +36,7 @@ impl Random {
             unix_s: 1_780_000_000,
             temperature_c: 30.0,
             provenance: [0; 32],
+            build: None,
             ratiometric: Ratiometric::from_bits(self.bits() as u16 >> 1).unwrap_or_default(),
             triads,
             base: base(),

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Context;
-use hexsense_probe::key_file;
 use serde_json::Value;
 
 use crate::power::Power;
 use crate::process::{Beside, checked, output};
 use crate::programs::Program;
 
+/// The file with the board's key, in the folder of a bench.
+pub const KEY_FILE: &str = "board.key";
 /// Name of the run that the twin keeps the truth of.
 const HELD_OUT: &str = "held-out";
 /// Date of a campaign, s since 1970: fixed, so that a seed gives the same bytes every time.
@@ -130,7 +131,7 @@ impl VirtualBench<'_> {
 
     /// The file with the board's key.
     fn key(&self) -> PathBuf {
-        self.folder.join(key_file::DEFAULT)
+        self.folder.join(KEY_FILE)
     }
 
     /// Gives a new board its key.

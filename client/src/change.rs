@@ -1,12 +1,16 @@
 //! Changes of the board's sets and key, each with its tag; see [`hexsense_core::wire::change`].
 //!
 //! ```text
-//! identity, challenge → tag → change → answer, or a look into the log
+//! identity, challenge → tag → change → answer, or a proof of the board and a look into its log
 //! ```
 //!
 //! The beginning of an upload may be sent again when its answer is lost. Every other change must not be made twice: it is
-//! sent once, and when its answer is lost the board's log shows whether it was made.
+//! sent once. When its answer is lost, the change may still be on its way, held back on the line. So the board first proves
+//! itself ([`super::proof`]), which makes the change void if it has not arrived by then, and says by its key, its set and
+//! its log whether the change was made. Without a proof nothing is claimed. A refusal is confirmed in the same way, because
+//! whoever holds the line could have made it up.
 
+use std::error::Error;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hexsense_core::authority;
@@ -20,6 +24,7 @@ use super::bounds::{MAX_LOG, MAX_SETS, Said};
 use super::client::Client;
 use super::conversation::{ATTEMPTS, answer_error};
 use super::error::LinkError;
+use super::proof::ProofError;
 
 /// How long a change may take on the board: with all erasures of a factory reset a quarter of a second.
 pub(super) const CHANGE: Duration = Duration::from_millis(2_000);
@@ -37,24 +42,33 @@ pub enum ChangeError {
     /// The board refused.
     #[error(transparent)]
     Refused(Refusal),
-    /// It broke off before the board had the change.
+    /// A virtual board still waits after a wrong key, and its time does not pass by itself.
+    #[error(
+        "after a wrong key the board takes no change for another {ms} ms of its own time, which stands still while no \
+         host listens. Let it pass with `hexsense capture --seconds {} --out pause.csv --port {port}`, then use the \
+         right key file",
+        ms.div_ceil(1_000)
+    )]
+    StandsStill {
+        /// Remaining wait, ms.
+        ms: u32,
+        /// The port.
+        port: String,
+    },
+    /// The board did not have the change, and cannot make it any more.
     #[error("{0}. Nothing has changed on the board")]
     Before(LinkError),
-    /// It broke off when the board may have had the change.
+    /// The board may have had the change, or may still get it.
     #[error(
-        "the conversation broke off while the board was making the change: {0}. It was made whole or not at all; see \
-         which with `hexsense log`"
+        "it is not known whether the board made the change: {reason}. It is made whole or not at all, within ten \
+         seconds; see which after that with `hexsense log --port {port}`"
     )]
-    During(LinkError),
-}
-
-impl ChangeError {
-    fn before(error: LinkError) -> Self {
-        match error {
-            LinkError::Refused(refusal) => Self::Refused(refusal),
-            error => Self::Before(error),
-        }
-    }
+    During {
+        /// What went wrong.
+        reason: String,
+        /// The port.
+        port: String,
+    },
 }
 
 impl Client {
@@ -76,8 +90,8 @@ impl Client {
         if let Some(Response::Committed(active)) = self.change(key, act)? {
             return Ok(active);
         }
-        let active = self.active_set().map_err(ChangeError::During)?;
-        active.ok_or_else(|| ChangeError::During(answer_error(&Request::ActiveSet)))
+        let active = self.active_set().map_err(|error| self.unknown(&error))?;
+        active.ok_or_else(|| self.unknown(&answer_error(&Request::ActiveSet)))
     }
 
     /// Erases all sets, and returns those that were kept before.
@@ -85,7 +99,7 @@ impl Client {
     /// # Errors
     /// [`ChangeError`].
     pub fn factory_reset(&mut self, key: &Key) -> Result<Vec<Kept>, ChangeError> {
-        let kept = self.history().map_err(ChangeError::before)?;
+        let kept = self.history().map_err(|error| self.before(error))?;
         self.change(key, Act::FactoryReset)?;
         Ok(kept)
     }
@@ -170,39 +184,89 @@ impl Client {
         Err(self.conversation.silent(&request, ATTEMPTS, start).into())
     }
 
-    /// Sends a change once; `None` when its answer was lost and the log shows that the change was made.
+    /// Sends a change once; `None` when its answer was lost and the change was made.
     fn change(&mut self, key: &Key, act: Act) -> Result<Option<Response>, ChangeError> {
         let unix_s = unix_now();
-        let reason = reason(&act);
         let change = Change { unix_s, act };
-        let (last, _) = self.log_page(u32::MAX).map_err(ChangeError::before)?;
+        let tagged = self.tagged(key, &change);
+        let request = tagged.map_err(|error| self.before(error))?;
         let start = self.now();
-        let request = self.tagged(key, &change).map_err(ChangeError::before)?;
-        match self.conversation.ask_once(&request, CHANGE) {
+        let error = match self.conversation.ask_once(&request, CHANGE) {
             Ok(Some(response)) => return Ok(Some(response)),
-            Ok(None) => {}
-            Err(LinkError::Refused(refusal)) => return Err(ChangeError::Refused(refusal)),
-            Err(error) => return Err(ChangeError::During(error)),
+            Ok(None) => self.conversation.silent(&request, 1, start).into(),
+            Err(LinkError::Refused(refusal)) => return Err(self.confirmed(key, refusal)),
+            Err(error) => error,
+        };
+        match self.was_made(key, &change) {
+            Ok(true) => Ok(None),
+            Ok(false) => Err(ChangeError::Before(error)),
+            Err(reason) => Err(self.unknown(&reason)),
         }
-        // The board answers this only after the change, if the change arrived.
-        let since = self
-            .log(last.saturating_add(1))
-            .map_err(ChangeError::During)?;
-        let made = |entry: &Entry| entry.reason == reason && entry.unix_s == unix_s;
-        if since.iter().any(made) {
-            return Ok(None);
-        }
-        let silent = self.conversation.silent(&request, 1, start);
-        Err(ChangeError::Before(silent.into()))
     }
-}
 
-/// The reason that a change has in the log.
-fn reason(act: &Act) -> Reason {
-    match act {
-        Act::Upload { .. } => Reason::Upload,
-        Act::Rollback(_) => Reason::Rollback,
-        Act::FactoryReset => Reason::FactoryReset,
-        Act::Provision(_) => Reason::Provision,
+    /// Whether a change without an answer was made. If it was not, it is void when this returns.
+    fn was_made(&mut self, key: &Key, change: &Change) -> Result<bool, ProofError> {
+        if let Act::Provision(new) = &change.act {
+            return match self.prove(new) {
+                Ok(_) => Ok(true),
+                Err(ProofError::Link(LinkError::Refused(Refusal::Unprovisioned))) => Ok(false),
+                Err(ProofError::WrongTag { .. }) => self.prove(key).map(|_| false),
+                Err(error) => Err(error),
+            };
+        }
+        let statement = self.prove(key)?;
+        Ok(match change.act {
+            Act::Rollback(id) => statement.set == Some(id),
+            // A board without a set looks the same before a factory reset and after it.
+            _ => {
+                let is_it = |entry: &Entry| {
+                    entry.reason == Reason::FactoryReset && entry.unix_s == change.unix_s
+                };
+                statement.set.is_none() && self.log(statement.changes)?.last().is_some_and(is_it)
+            }
+        })
+    }
+
+    /// The refusal of a change, when the board proves afterwards that it has the key: the change is void then. A refusal
+    /// because of the key needs no proof, since a tag of another key is worth nothing.
+    fn confirmed(&mut self, key: &Key, refusal: Refusal) -> ChangeError {
+        let is_of_the_key = matches!(
+            refusal,
+            Refusal::WrongTag
+                | Refusal::BackOff { .. }
+                | Refusal::Unprovisioned
+                | Refusal::KeyDamaged
+        );
+        match self.prove(key) {
+            Err(ProofError::Link(LinkError::Refused(Refusal::Unprovisioned))) => {}
+            Err(reason) if !is_of_the_key => return self.unknown(&reason),
+            _ => {}
+        }
+        self.refused(refusal)
+    }
+
+    /// A refusal, with what to do when the board waits.
+    pub(super) fn refused(&self, refusal: Refusal) -> ChangeError {
+        match refusal {
+            Refusal::BackOff { ms } if !self.is_real_time() => ChangeError::StandsStill {
+                ms,
+                port: self.port().to_owned(),
+            },
+            refusal => ChangeError::Refused(refusal),
+        }
+    }
+
+    fn before(&self, error: LinkError) -> ChangeError {
+        match error {
+            LinkError::Refused(refusal) => self.refused(refusal),
+            error => ChangeError::Before(error),
+        }
+    }
+
+    fn unknown(&self, reason: &dyn Error) -> ChangeError {
+        ChangeError::During {
+            reason: reason.to_string(),
+            port: self.port().to_owned(),
+        }
     }
 }

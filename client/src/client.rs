@@ -51,6 +51,8 @@ pub struct HarmonicsReport {
 
 /// How long the board may work on a fit: two million blocks take it some ten seconds.
 const MAX_SOLVE: Duration = Duration::from_secs(60);
+/// How long the board may take from its start until it knows its build; it needs a tenth of that.
+const BUILD_WAIT: Duration = Duration::from_secs(1);
 
 impl Client {
     /// Opens `port` and makes sure that a board of our version is behind it. Nothing changes on the board: a stream that
@@ -151,17 +153,20 @@ impl Client {
         self.conversation.forget_blocks();
     }
 
-    /// Identity of the board.
+    /// Identity of the board. A board that has just started is asked until it knows its build, at most for a second.
     ///
     /// # Errors
     /// [`LinkError`].
     pub fn identity(&mut self) -> Result<Identity, LinkError> {
-        match self.conversation.ask(&Request::Identity)? {
-            Response::Identity(identity) => {
-                bounds::identity(&identity)?;
-                Ok(identity)
+        let end = self.now() + BUILD_WAIT;
+        loop {
+            let Response::Identity(identity) = self.conversation.ask(&Request::Identity)? else {
+                return Err(answer_error(&Request::Identity));
+            };
+            bounds::identity(&identity)?;
+            if identity.build.is_some() || self.now() >= end {
+                return Ok(identity);
             }
-            _ => Err(answer_error(&Request::Identity)),
         }
     }
 

@@ -10,6 +10,7 @@
 //! - [`bounds`]: which numbers a board can say.
 //! - [`client`]: one function for each request.
 //! - [`change`], [`upload`]: changes that the board makes only for the holder of its key.
+//! - [`proof`]: the board proves to the holder of its key that it has the key, too.
 //!
 //! Three kinds of failure are three types: what the line did ([`TransportError`]), what the board refused
 //! ([`hexsense_core::wire::Refusal`]), and what the host could not make sense of ([`ProtocolError`]).
@@ -27,6 +28,7 @@ pub mod line;
 mod lockstep;
 mod missing;
 pub mod port;
+pub mod proof;
 mod serial;
 mod stream;
 mod tcp;
@@ -38,5 +40,6 @@ pub use change::ChangeError;
 pub use client::Client;
 pub use conversation::Contact;
 pub use error::{LinkError, ProtocolError};
+pub use proof::ProofError;
 pub use transport::{Transport, TransportError};
 pub use upload::UploadError;

@@ -5,7 +5,9 @@
 //! ```
 //!
 //! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
-//! twice: when its answer is lost, the board is asked which set is active instead.
+//! twice: when its answer is lost, the board proves which set is active instead, and that it has forgotten the upload.
+
+use std::error::Error;
 
 use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::change::{Act, Key};
@@ -13,7 +15,7 @@ use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
 use hexsense_core::wire::{Refusal, Request, Response};
 use sha2::{Digest, Sha256};
 
-use super::change::CHANGE;
+use super::change::{CHANGE, ChangeError};
 use super::client::Client;
 use super::conversation::answer_error;
 use super::error::LinkError;
@@ -23,18 +25,24 @@ use super::error::LinkError;
 pub enum UploadError {
     /// The board did not let it begin.
     #[error("{0}. The coefficients on the board are unchanged")]
-    Refused(Refusal),
+    Refused(ChangeError),
     /// It broke off before the commit.
     #[error(
         "the upload broke off: {0}. The old coefficients are still active on the board; upload again"
     )]
     Before(LinkError),
-    /// It broke off while the board was storing.
+    /// It broke off while the board was storing, or before it stores.
     #[error(
-        "the upload broke off while the board was storing the set: {0}. Either the old set or the whole new one is \
-         active, never a mixture; see which with `hexsense show`, and upload again if it is the old one"
+        "the upload broke off while the board was storing the set: {reason}. Either the old set or the whole new one is \
+         active within a minute, never a mixture; see which after that with `hexsense show --port {port}`, and upload \
+         again if it is the old one"
     )]
-    During(LinkError),
+    During {
+        /// What went wrong.
+        reason: String,
+        /// The port.
+        port: String,
+    },
     /// The set is active, and the board's log does not say so.
     #[error(transparent)]
     Unlogged(Refusal),
@@ -66,12 +74,12 @@ impl Client {
             digest: Sha256::digest(encoded).into(),
         };
         self.begin_upload(key, act).map_err(|error| match error {
-            LinkError::Refused(refusal) => UploadError::Refused(refusal),
+            LinkError::Refused(refusal) => UploadError::Refused(self.refused(refusal)),
             error => UploadError::Before(error),
         })?;
         self.send_pieces(encoded).map_err(UploadError::Before)?;
         let id = CoefficientSet::id_of(encoded);
-        let active = self.commit(id)?;
+        let active = self.commit(id, key)?;
         let read_back = self.read_set().map_err(UploadError::After)?;
         match read_back {
             Some((_, bytes)) if bytes == encoded => Ok(active),
@@ -102,25 +110,33 @@ impl Client {
         Ok(())
     }
 
-    fn commit(&mut self, id: SetId) -> Result<ActiveSet, UploadError> {
+    fn commit(&mut self, id: SetId, key: &Key) -> Result<ActiveSet, UploadError> {
         let start = self.now();
         let commit = Request::UploadCommit;
-        match self.conversation.ask_once(&commit, CHANGE) {
+        let error = match self.conversation.ask_once(&commit, CHANGE) {
             Ok(Some(Response::Committed(active))) => return Ok(active),
-            Ok(Some(_)) => return Err(UploadError::During(answer_error(&commit))),
-            Ok(None) => {}
+            Ok(Some(_)) => answer_error(&commit),
+            Ok(None) => self.conversation.silent(&commit, 1, start).into(),
             Err(LinkError::Refused(unlogged @ Refusal::Log)) => {
                 return Err(UploadError::Unlogged(unlogged));
             }
-            Err(refused @ LinkError::Refused(_)) => return Err(UploadError::Before(refused)),
-            Err(error) => return Err(UploadError::During(error)),
+            Err(error) => error,
+        };
+        let statement = self.prove(key).map_err(|error| self.unsure(&error))?;
+        if statement.set != Some(id) {
+            return Err(UploadError::Before(error));
         }
-        let silent = LinkError::from(self.conversation.silent(&commit, 1, start));
-        match self.conversation.ask_once(&Request::ActiveSet, CHANGE) {
-            Ok(Some(Response::ActiveSet(Some(active)))) if active.id == id => Ok(active),
-            Ok(Some(Response::ActiveSet(_))) => Err(UploadError::Before(silent)),
-            Ok(_) => Err(UploadError::During(silent)),
-            Err(error) => Err(UploadError::During(error)),
+        match self.active_set() {
+            Ok(Some(active)) if active.id == id => Ok(active),
+            Ok(_) => Err(self.unsure(&answer_error(&Request::ActiveSet))),
+            Err(error) => Err(self.unsure(&error)),
+        }
+    }
+
+    fn unsure(&self, reason: &dyn Error) -> UploadError {
+        UploadError::During {
+            reason: reason.to_string(),
+            port: self.port().to_owned(),
         }
     }
 }

@@ -15,6 +15,7 @@ fn set(triads: [TriadCoefficients; 3]) -> CoefficientSet {
         temperature_c: 25.0,
         provenance: [0; 32],
         ratiometric: Default::default(),
+        build: None,
         triads,
         base: MotionBase {
             lower: [[0.0; 3]; 6],

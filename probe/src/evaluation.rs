@@ -103,19 +103,22 @@ impl Evaluation {
     }
 
     /// The coefficient set that came out of these sources, for this board and date.
-    #[must_use]
+    ///
+    /// # Errors
+    /// [`EvaluationError::Campaign`].
     pub fn coefficient_set(
         &self,
         campaign: &Campaign,
         sources: &Sources,
         board: [u8; 12],
         unix_s: u64,
-    ) -> CoefficientSet {
+    ) -> Result<CoefficientSet, EvaluationError> {
         let geometry = &campaign.geometry;
         let mut geometry_hash = [0; 8];
         geometry_hash.copy_from_slice(&geometry.hash[..8]);
+        let recorded_by = campaign.board().map_err(CampaignError::from)?;
         let (base, jacks) = base_and_jacks(campaign);
-        CoefficientSet {
+        Ok(CoefficientSet {
             board,
             // A geometry file whose name is too long has been refused.
             geometry: geometry.name.as_str().try_into().unwrap_or_default(),
@@ -124,10 +127,11 @@ impl Evaluation {
             temperature_c: mean_temperature_c(&self.runs),
             provenance: sources.provenance(),
             ratiometric: campaign.sensors.ratiometric(),
+            build: recorded_by.build_id(),
             triads: self.analysis.triads,
             base,
             jacks,
-        }
+        })
     }
 }
 

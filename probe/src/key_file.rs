@@ -5,14 +5,17 @@
 
 use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hexsense_core::wire::change::Key;
 
 use crate::files::{self, FileError};
 
-/// Where the key is when nothing else is said.
-pub const DEFAULT: &str = "hexsense.key";
+/// Where the key of a board is when nothing else is said: in the present folder, under the board's unique id.
+#[must_use]
+pub fn default_of(board: &[u8; 12]) -> PathBuf {
+    format!("hexsense-{}.key", files::hex(board)).into()
+}
 
 /// Why there is no key. Every message starts with the file's name, and none holds what is in it.
 #[derive(Debug, thiserror::Error)]

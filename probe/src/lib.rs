@@ -6,7 +6,7 @@
 //! | [`geometry_file`], [`sensor_file`] | what is known of base and sensors before anything moves |
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
 //! | [`known_board`] | the board that is assumed where none can be asked |
-//! | [`key_file`] | the key without which nothing on the board can be changed |
+//! | [`key_file`], [`fresh_key`] | the key without which nothing on the board can be changed, and a new one |
 //! | [`motion`] | the drive of the base: a person at its controller, or the twin |
 //! | [`record`] | from the board's stream to a [`capture`], run by run |
 //! | [`campaign`] | the folder that all this is kept in |
@@ -46,6 +46,7 @@ pub mod date;
 pub mod evaluation;
 pub mod figure;
 pub mod files;
+pub mod fresh_key;
 pub mod geometry_file;
 pub mod interrupt;
 pub mod key_file;

@@ -8,7 +8,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use fake::line::lockstep;
 use fake::set::set;
-use fake::source::Still;
+use fake::source::{Source, Still};
 use fake::{FakeBoard, Fault};
 use geometries::PRESETS;
 use hexsense_core::wire::VERSION;
@@ -62,7 +62,7 @@ fn folder(change: impl FnOnce(&str) -> String) -> TempDir {
         twin::papers::sensor_file(1),
     )
     .unwrap();
-    fake::key::save(folder.path());
+    fake::key::save(folder.path(), &Still.uid());
     folder
 }
 

@@ -168,7 +168,7 @@ fn a_change_cut_off_anywhere_says_whether_it_may_have_been_made() {
             match made {
                 Ok(()) => assert_eq!(now, after(change)),
                 Err(ChangeError::Before(_)) => assert_eq!(now, before()),
-                Err(error @ ChangeError::During(_)) => {
+                Err(error @ ChangeError::During { .. }) => {
                     assert!(error.to_string().contains("hexsense log"), "{error}");
                     unsure.push(now);
                 }
@@ -204,7 +204,10 @@ fn another_key_changes_nothing_and_the_board_then_waits_ever_longer() {
         );
         let uploaded = client.upload(&encoded(3), &KEY).unwrap_err();
         assert!(
-            matches!(uploaded, UploadError::Refused(Refusal::BackOff { .. })),
+            matches!(
+                uploaded,
+                UploadError::Refused(ChangeError::Refused(Refusal::BackOff { .. }))
+            ),
             "{uploaded}"
         );
         assert_eq!(kept(&mut client), before());

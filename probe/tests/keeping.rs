@@ -2,96 +2,12 @@
 
 mod fake;
 
-use std::path::Path;
-use std::process::Output;
-
-use assert_cmd::Command;
 use fake::FakeBoard;
+use fake::desk::{Desk, KEY_FILE};
 use fake::key::KEY;
-use fake::line::lockstep;
-use fake::source::Still;
-use hexsense_core::records::CoefficientSet;
+use fake::source::{Source, Still};
 use hexsense_probe::{coefficient_file, key_file};
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// A folder, and a board at a port.
-struct Desk {
-    folder: TempDir,
-    port: String,
-}
-
-impl Desk {
-    /// A board with a key, whose file is in the folder.
-    fn new() -> Self {
-        let desk = Self::with(FakeBoard::new(Box::new(Still)));
-        fake::key::save(desk.folder.path());
-        desk
-    }
-
-    fn with(board: FakeBoard) -> Self {
-        Self {
-            folder: tempfile::tempdir().unwrap(),
-            port: lockstep(board),
-        }
-    }
-
-    fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        Command::cargo_bin("hexsense")
-            .unwrap()
-            .current_dir(self.path())
-            .args(arguments)
-            .args(["--port", &self.port])
-            .output()
-            .unwrap()
-    }
-
-    /// What a command that must succeed prints.
-    fn says(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{arguments:?}: {error}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn json(&self, command: &str) -> Value {
-        serde_json::from_str(&self.says(&[command, "--json"])).unwrap()
-    }
-
-    /// What a command that must fail says; nothing is printed, and the log stays as it was.
-    fn refuses(&self, arguments: &[&str], parts: &[&str]) {
-        let before = self.json("log");
-        let output = self.run(arguments);
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success(), "{arguments:?} succeeded");
-        assert!(output.stdout.is_empty() && !error.contains("panicked"));
-        for part in parts {
-            assert!(error.contains(part), "{part:?} is not in: {error}");
-        }
-        assert_eq!(self.json("log"), before, "{arguments:?}");
-    }
-
-    /// Uploads the set that was made at `unix_s`; its identity.
-    fn upload(&self, unix_s: u64) -> String {
-        let set = fake::set::set(unix_s);
-        coefficient_file::save(
-            &self.path().join("coefficients.toml"),
-            &set,
-            &fake::set::sources(),
-        )
-        .unwrap();
-        self.says(&["upload", "coefficients.toml"]);
-        CoefficientSet::id_of(&fake::set::encoded(&set)).to_string()
-    }
-
-    fn active_id(&self) -> Value {
-        self.json("show")["id"].clone()
-    }
-}
 
 /// Another key's file in the folder of `desk`.
 fn other_key(desk: &Desk) {
@@ -116,12 +32,15 @@ fn a_board_says_whether_it_has_a_key_and_gets_it_once() {
         &["provision", "--old-key", "old.key"],
         &["has no key that could be replaced", "leave --old-key out"],
     );
-    assert!(!desk.path().join("hexsense.key").exists());
+    assert!(!desk.path().join(KEY_FILE).exists());
 
     let said = desk.says(&["provision"]);
-    assert!(said.contains("only with the key in hexsense.key"), "{said}");
-    let key = key_file::load(&desk.path().join("hexsense.key")).unwrap();
-    let digits = std::fs::read_to_string(desk.path().join("hexsense.key")).unwrap();
+    assert!(
+        said.contains(&format!("only with the key in {KEY_FILE}")),
+        "{said}"
+    );
+    let key = key_file::load(&desk.path().join(KEY_FILE)).unwrap();
+    let digits = std::fs::read_to_string(desk.path().join(KEY_FILE)).unwrap();
     assert!(!said.contains(digits.trim()));
     assert_eq!(desk.json("status")["provisioned"], true);
     for command in ["status", "info"] {
@@ -138,7 +57,16 @@ fn a_board_says_whether_it_has_a_key_and_gets_it_once() {
     desk.refuses(&["provision"], &again);
     desk.refuses(&["provision", "--key", "new.key"], &again);
     assert!(!desk.path().join("new.key").exists());
-    assert!(key_file::load(&desk.path().join("hexsense.key")).unwrap() == key);
+    assert!(key_file::load(&desk.path().join(KEY_FILE)).unwrap() == key);
+}
+
+#[test]
+fn info_names_the_build_of_the_firmware() {
+    let desk = Desk::new();
+    assert_eq!(desk.json("info")["build"], "0908070605040302");
+    assert_eq!(desk.json("info")["firmware"], "9.8.7");
+    let said = desk.says(&["info"]);
+    assert!(said.contains("9.8.7, build 0908070605040302,"), "{said}");
 }
 
 #[test]
@@ -146,24 +74,26 @@ fn a_key_is_replaced_with_the_old_one_only() {
     let desk = Desk::new();
     other_key(&desk);
     desk.refuses(
-        &["provision", "--old-key", "hexsense.key"],
+        &["provision", "--old-key", KEY_FILE],
         &[
-            "hexsense.key: holds the key that the board has",
+            &format!("{KEY_FILE}: is there already, and a key that exists is never sent"),
             "--key FILE",
+            "--new-key",
         ],
     );
     desk.refuses(
         &["provision", "--old-key", "other.key", "--key", "new.key"],
         &[
             "the key is not that of this board",
-            "new.key stays as it is: the same command uses its key again",
+            "the new key is not in use, and stays in new.key.unused-1; the same command makes another",
         ],
     );
-    let new = key_file::load(&desk.path().join("new.key")).unwrap();
+    let unused = key_file::load(&desk.path().join("new.key.unused-1")).unwrap();
+    assert!(!desk.path().join("new.key").exists());
     // A second passes on the board, whose time goes on only while somebody listens.
     desk.says(&["capture", "--seconds", "2", "--out", "pause.csv"]);
-    desk.says(&["provision", "--old-key", "hexsense.key", "--key", "new.key"]);
-    assert!(key_file::load(&desk.path().join("new.key")).unwrap() == new);
+    desk.says(&["provision", "--old-key", KEY_FILE, "--key", "new.key"]);
+    assert!(key_file::load(&desk.path().join("new.key")).unwrap() != unused);
     let set = fake::set::set(1);
     coefficient_file::save(
         &desk.path().join("coefficients.toml"),
@@ -262,7 +192,11 @@ fn rollback_makes_a_kept_set_active_and_reads_it_back() {
         &["rollback", &second],
         &[
             "after a wrong key the board takes no change for another ",
-            " ms; wait",
+            "its own time, which stands still while no host listens",
+            &format!(
+                "`hexsense capture --seconds 1 --out pause.csv --port {}`",
+                desk.port
+            ),
         ],
     );
     desk.refuses(
@@ -324,7 +258,7 @@ fn the_log_has_every_change_in_order_with_its_time() {
     let [first, second] = [1, 2].map(|set| desk.upload(set));
     desk.says(&["rollback", &first]);
     desk.says(&["factory-reset", "--yes"]);
-    desk.says(&["provision", "--key", "new.key", "--old-key", "hexsense.key"]);
+    desk.says(&["provision", "--new-key", "--old-key", KEY_FILE]);
     let end = hexsense_client::change::unix_now();
     let log = desk.json("log");
     let (first, second) = (Value::from(first), Value::from(second));
@@ -355,7 +289,7 @@ fn the_log_has_every_change_in_order_with_its_time() {
     }
     assert_eq!(log["missing"], Value::Array(Vec::new()));
     let text = desk.says(&["log"]);
-    assert_eq!(text.lines().count(), 1 + expected.len(), "{text}");
+    assert_eq!(text.lines().count(), 1 + expected.len() + 1, "{text}");
     assert!(
         text.lines()
             .nth(1)
@@ -380,17 +314,17 @@ fn an_upload_needs_the_key_of_the_board() {
         &["upload", "--key", "no.key", "coefficients.toml"],
         &["no.key: this is no key file", "64 hexadecimal digits"],
     );
-    std::fs::remove_file(desk.path().join("hexsense.key")).unwrap();
+    std::fs::remove_file(desk.path().join(KEY_FILE)).unwrap();
     desk.refuses(
         &["upload", "coefficients.toml"],
         &[
-            "hexsense.key: there is no such key file",
+            &format!("{KEY_FILE}: there is no such key file"),
             "hexsense provision",
         ],
     );
     assert_eq!(desk.active_id(), Value::Null);
-    fake::key::save(desk.path());
-    assert!(key_file::load(&desk.path().join("hexsense.key")).unwrap() == KEY);
+    fake::key::save(desk.path(), &Still.uid());
+    assert!(key_file::load(&desk.path().join(KEY_FILE)).unwrap() == KEY);
     desk.says(&["upload", "coefficients.toml"]);
     assert_ne!(desk.active_id(), Value::Null);
 }
@@ -398,7 +332,7 @@ fn an_upload_needs_the_key_of_the_board() {
 #[test]
 fn every_command_on_a_board_without_a_key_says_how_to_give_it_one() {
     let desk = Desk::with(FakeBoard::unprovisioned(Box::new(Still)));
-    fake::key::save(desk.path());
+    other_key(&desk);
     let set = fake::set::set(1);
     coefficient_file::save(
         &desk.path().join("coefficients.toml"),
@@ -407,8 +341,8 @@ fn every_command_on_a_board_without_a_key_says_how_to_give_it_one() {
     )
     .unwrap();
     for arguments in [
-        &["upload", "coefficients.toml"][..],
-        &["factory-reset", "--yes"],
+        &["upload", "coefficients.toml", "--key", "other.key"][..],
+        &["factory-reset", "--yes", "--key", "other.key"],
     ] {
         desk.refuses(arguments, &["the board has no key", "hexsense provision"]);
     }

@@ -251,7 +251,7 @@ fn an_upload_cut_off_anywhere_leaves_the_old_set_or_the_whole_new_one_and_says_w
                 assert!(now == Some(1) && !commits);
                 assert!(text.contains("old coefficients are still active"), "{text}");
             }
-            UploadError::During(_) => {
+            UploadError::During { .. } => {
                 assert!(matches!(now, Some(1 | 2)) && commits);
                 assert!(text.contains("hexsense show"), "{text}");
             }

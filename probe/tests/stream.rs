@@ -182,7 +182,7 @@ fn a_gap_is_a_gap_in_the_file_and_in_its_note() {
 fn recorded_values_are_bit_for_bit_those_of_the_counts_and_the_noted_set() {
     let folder = tempfile::tempdir().unwrap();
     let port = board(|_| {});
-    fake::key::save(folder.path());
+    fake::key::save(folder.path(), b"fake board 1");
     let set = fake::set::set(7);
     hexsense_probe::coefficient_file::save(
         &folder.path().join("coefficients.toml"),

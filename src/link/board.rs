@@ -1,5 +1,6 @@
 //! The board behind the server of the link: where its answers come from on this chip.
 
+use core::cell::Cell;
 use core::sync::atomic::Ordering;
 
 use embassy_sync::watch::Receiver;
@@ -50,7 +51,7 @@ impl Board for LinkBoard {
     }
 
     fn identity(&self) -> Identity {
-        self.origin.identity()
+        self.origin.identity(self.shared.build.lock(Cell::get))
     }
 
     fn has_crystal(&self) -> bool {
@@ -71,6 +72,7 @@ impl Board for LinkBoard {
             },
             supply: self.supply.try_get().unwrap_or(SupplyReading::NONE),
             provisioned: self.shared.provisioned.load(Ordering::Relaxed),
+            key_damaged: self.shared.key_damaged.load(Ordering::Relaxed),
             resets: self.origin.resets,
             stack: stack::usage(),
             panic: self.origin.panic.clone(),

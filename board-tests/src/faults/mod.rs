@@ -15,6 +15,7 @@
 //! | `clock` | failures of the crystal, at many moments, with a PLL that drifts to any fraction |
 //! | `supply` | wrong readings of the reference, one, some, and for ever |
 //! | `random` | a generator of random numbers that fails, for ever and while key and coefficients come |
+//! | `key` | damaged key pages, power cuts in a replacement of the key, changes that are held back, boards that say they have no key |
 //! | `host` | boards that lie to the host tool, hostile files, outputs that are not there |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
@@ -27,6 +28,7 @@ mod flips;
 mod gaps;
 mod host;
 mod hostile;
+mod key;
 mod no_loss;
 mod option_bytes;
 mod outcome;
@@ -64,7 +66,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 13] = [
+const PROMISES: [&str; 14] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -77,6 +79,7 @@ const PROMISES: [&str; 13] = [
     "clock",
     "supply",
     "random",
+    "key",
     "host",
 ];
 /// Trials that run at the same time.
@@ -128,6 +131,8 @@ struct Size {
     flood_s: u64,
     resets: u64,
     forgeries: u64,
+    key_every: usize,
+    key_faults: u64,
     soak_s: u64,
     /// One wrap in so many is passed.
     wraps: usize,
@@ -148,6 +153,8 @@ impl Size {
         flood_s: 45,
         resets: 12,
         forgeries: 80,
+        key_every: 1,
+        key_faults: 80,
         soak_s: 3_600,
         wraps: 1,
         options_every: 1,
@@ -169,6 +176,8 @@ impl Size {
         flood_s: 2,
         resets: 1,
         forgeries: 5,
+        key_every: 5,
+        key_faults: 30,
         soak_s: 40,
         wraps: 7,
         options_every: 7,
@@ -222,6 +231,9 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["recovery"], move || recovery::resets(seed, size.resets)),
         Trial::one(&["authority"], move || {
             authority::forge(seed, size.forgeries)
+        }),
+        Trial::one(&["key"], move || {
+            key::guard(seed, size.key_every, size.key_faults)
         }),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["option_bytes"], move || {

@@ -3,6 +3,7 @@
 //! `cargo xtask test` builds both, names them in `HEXSENSE_FIRMWARE` and `HEXSENSE_VIRTUAL_BOARD`, and runs these tests with
 //! `-- --ignored`.
 
+mod build;
 mod chip;
 mod converters;
 mod counted;

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
+use board_tests::virtual_bench::KEY_FILE;
 use board_tests::{demo, folders};
-use hexsense_probe::key_file;
 
 use crate::{GEOMETRY, SEED};
 
@@ -54,7 +54,7 @@ fn contents(folder: &Path) -> anyhow::Result<BTreeMap<PathBuf, Vec<u8>>> {
                 folders.push(path);
                 continue;
             }
-            if path.ends_with(key_file::DEFAULT) || path.ends_with("flash.bin") {
+            if path.ends_with(KEY_FILE) || path.ends_with("flash.bin") {
                 continue;
             }
             let mut bytes = fs::read(&path)?;

@@ -23,5 +23,6 @@ pub fn name(request: &Request) -> &'static str {
         Request::UploadAbort => "end of an upload",
         Request::Harmonics { .. } => "harmonics",
         Request::Motion { .. } => "motion",
+        Request::Prove { .. } => "proof of the key",
     }
 }

@@ -1,15 +1,14 @@
 //! The key in flash, in pages of its own. No request over the link reads them.
 //!
 //! ```text
-//! | counter u32 | 0 u32 | time u64 | key 32 | CRC-32 | 0 u32 |        56 bytes, one record a page
+//! | counter u32 | 0 u32 | time u64 | key 32 | CRC-32 | 0 u32 |        56 bytes, twice in a page: at its start and in its middle
 //! ```
 //!
-//! A new key goes into the unused one of two pages, so that a power cut leaves the old key or the new one. The key with
-//! the higher counter is valid, and the page of the old one is erased afterwards. Counter and time are those of the
-//! key's entry in the [`super::log`].
+//! Either good copy of a page will do, so that damage to one costs nothing. A new key goes into the page of the two that
+//! does not hold the key in force. It carries counter and time of the entry in the [`super::log`] that brings it in
+//! force, and the storage erases the page of the old key afterwards.
 
 use core::fmt;
-use core::ops::Range;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
@@ -71,7 +70,7 @@ pub enum KeyError<E> {
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
-    /// The key does not read back as written.
+    /// A copy of the key does not read back as written.
     #[error("the key reads back differently from what was written; the flash may be worn out")]
     ReadBack,
 }
@@ -79,64 +78,71 @@ pub enum KeyError<E> {
 /// The place of the key: two pages.
 pub struct KeyPages<F: NorFlash> {
     flash: F,
-    pages: [Range<u32>; 2],
+    start: u32,
 }
 
 impl<F: NorFlash> KeyPages<F> {
+    const PAGE: u32 = {
+        assert!(F::ERASE_SIZE >= 2 * RECORD, "a page holds a key twice");
+        F::ERASE_SIZE as u32
+    };
+
     /// Takes the flash and the two pages behind `start`, a multiple of the page.
-    pub fn new(flash: F, start: u32) -> Self {
-        let page = F::ERASE_SIZE as u32;
-        Self {
-            flash,
-            pages: [start..start + page, start + page..start + 2 * page],
-        }
+    pub const fn new(flash: F, start: u32) -> Self {
+        Self { flash, start }
     }
 
-    /// The key; `None` on a board without one.
+    /// The key in each page, by either copy of it.
     ///
     /// # Errors
     /// [`KeyError::Flash`].
-    pub async fn load(&mut self) -> Result<Option<StoredKey>, KeyError<F::Error>> {
-        Ok(self.newest().await?.map(|(_, key)| key))
+    pub async fn load(&mut self) -> Result<[Option<StoredKey>; 2], KeyError<F::Error>> {
+        let mut keys = [None, None];
+        for copy in 0..4 {
+            let mut bytes = [0; RECORD];
+            let at = self.place(copy);
+            let read = self.flash.read(at, &mut bytes).await;
+            read.map_err(KeyError::Flash)?;
+            if let Some(found) = StoredKey::decode(&bytes) {
+                keys[usize::from(copy / 2)] = Some(found);
+            }
+        }
+        Ok(keys)
     }
 
-    /// Stores a key in place of another; the other is valid until the new one reads back whole.
+    /// Stores a key in a page (0 or 1), twice; what the page held is gone.
     ///
     /// # Errors
-    /// Every variant of [`KeyError`].
-    pub async fn store(&mut self, key: &StoredKey) -> Result<(), KeyError<F::Error>> {
-        let old = self.newest().await?.map_or(1, |(page, _)| page);
-        let new = 1 - old;
-        self.erase(new).await?;
-        let at = self.pages[new].start;
-        // A failed write shows when it is read back.
-        let _ = self.flash.write(at, &key.encode()).await;
-        if self.read(new).await?.as_ref() != Some(key) {
-            return Err(KeyError::ReadBack);
+    /// Every variant of [`KeyError`]; the page may then hold the key nevertheless.
+    pub async fn store(&mut self, page: u8, key: &StoredKey) -> Result<(), KeyError<F::Error>> {
+        self.erase(page).await?;
+        let record = key.encode();
+        for copy in [2 * page, 2 * page + 1] {
+            let at = self.place(copy);
+            // A failed write shows when it is read back.
+            let _ = self.flash.write(at, &record).await;
+            let mut bytes = [0; RECORD];
+            let read = self.flash.read(at, &mut bytes).await;
+            read.map_err(KeyError::Flash)?;
+            if bytes != record {
+                return Err(KeyError::ReadBack);
+            }
         }
-        self.erase(old).await
+        Ok(())
     }
 
-    async fn newest(&mut self) -> Result<Option<(usize, StoredKey)>, KeyError<F::Error>> {
-        let keys = [self.read(0).await?, self.read(1).await?];
-        let keys = keys.into_iter().enumerate();
-        Ok(keys
-            .filter_map(|(page, key)| Some((page, key?)))
-            .max_by_key(|(_, key)| key.counter))
+    /// Erases a page (0 or 1).
+    ///
+    /// # Errors
+    /// [`KeyError::Flash`].
+    pub async fn erase(&mut self, page: u8) -> Result<(), KeyError<F::Error>> {
+        let start = self.place(2 * page);
+        let erased = self.flash.erase(start, start + Self::PAGE).await;
+        erased.map_err(KeyError::Flash)
     }
 
-    async fn erase(&mut self, page: usize) -> Result<(), KeyError<F::Error>> {
-        let Range { start, end } = self.pages[page];
-        self.flash.erase(start, end).await.map_err(KeyError::Flash)
-    }
-
-    async fn read(&mut self, page: usize) -> Result<Option<StoredKey>, KeyError<F::Error>> {
-        let mut bytes = [0; RECORD];
-        let at = self.pages[page].start;
-        self.flash
-            .read(at, &mut bytes)
-            .await
-            .map_err(KeyError::Flash)?;
-        Ok(StoredKey::decode(&bytes))
+    /// Where a copy (0 to 3) begins: two are in each page.
+    fn place(&self, copy: u8) -> u32 {
+        self.start + u32::from(copy) * (Self::PAGE / 2)
     }
 }

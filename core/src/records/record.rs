@@ -1,10 +1,10 @@
 //! One coefficient set: everything that the board keeps of a calibration.
 //!
 //! ```text
-//! | postcard of the set | ratiometric channels u16 LE, if there are any | CRC-32 (IEEE) of all before it, LE |
+//! | postcard of the set | build of the firmware 8, if known | ratiometric channels u16 LE, if there are any | CRC-32 LE |
 //! ```
 //!
-//! The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have one
+//! The CRC-32 (IEEE) is that of all before it. The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have one
 //! content. A set is either read whole, with a matching checksum and usable numbers, or not at all.
 
 use core::fmt;
@@ -14,11 +14,12 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::base::{BaseError, JackCoefficients, MotionBase};
+use super::build::BuildId;
 use crate::channel::{Ratiometric, Triad};
 use crate::checksum::checksum;
 use crate::facts::SUPPLY_FACTORS;
 
-/// Upper bound of the encoded length of a set, bytes: the longest has 613, 300 of them in the triads and 208 in base
+/// Upper bound of the encoded length of a set, bytes: the longest has 621, 300 of them in the triads and 208 in base
 /// and jacks. The archive gives each set a page of 2 KiB.
 pub const MAX_ENCODED: usize = 640;
 /// Longest geometry name, bytes of UTF-8.
@@ -93,6 +94,9 @@ pub struct CoefficientSet {
     /// The channels on which the supply factor does not act.
     #[serde(skip)]
     pub ratiometric: Ratiometric,
+    /// The firmware that recorded the campaign; `None` for a campaign of firmware that did not know itself.
+    #[serde(skip)]
+    pub build: Option<BuildId>,
 }
 
 /// Why bytes are not a usable coefficient set.
@@ -159,17 +163,23 @@ impl CoefficientSet {
         let mut body = postcard::to_slice(self, buffer)
             .map_err(|_| too_short)?
             .len();
-        if self.ratiometric != Ratiometric::NONE {
-            let place = buffer.get_mut(body..body + 2).ok_or(too_short)?;
-            place.copy_from_slice(&self.ratiometric.bits().to_le_bytes());
-            body += 2;
+        let mut add = |buffer: &mut [u8], bytes: &[u8]| {
+            let end = body + bytes.len();
+            let place = buffer.get_mut(body..end).ok_or(too_short)?;
+            place.copy_from_slice(bytes);
+            body = end;
+            Ok(end)
+        };
+        if let Some(build) = &self.build {
+            add(buffer, &build.0)?;
         }
-        let sum = checksum(&buffer[..body]).to_le_bytes();
-        buffer
-            .get_mut(body..body + 4)
-            .ok_or(too_short)?
-            .copy_from_slice(&sum);
-        Ok(&buffer[..body + 4])
+        if self.ratiometric != Ratiometric::NONE {
+            add(buffer, &self.ratiometric.bits().to_le_bytes())?;
+        }
+        let end = add(buffer, &[])?;
+        let sum = checksum(&buffer[..end]).to_le_bytes();
+        let end = add(buffer, &sum)?;
+        Ok(&buffer[..end])
     }
 
     /// Decodes and checks a set.
@@ -190,6 +200,13 @@ impl CoefficientSet {
         }
         let (mut set, rest) =
             postcard::take_from_bytes::<Self>(body).map_err(|_| RecordError::Layout)?;
+        let rest = match rest.split_first_chunk() {
+            Some((build, rest)) => {
+                set.build = Some(BuildId(*build));
+                rest
+            }
+            None => rest,
+        };
         set.ratiometric = match *rest {
             [] => Ratiometric::NONE,
             [low, high] => Ratiometric::from_bits(u16::from_le_bytes([low, high]))

@@ -96,6 +96,8 @@ pub struct Health {
     pub supply: SupplyReading,
     /// Whether the board has a key.
     pub provisioned: bool,
+    /// Whether it had one and cannot read it any more.
+    pub key_damaged: bool,
     /// Why the board started, and how often.
     pub resets: Resets,
     /// How much of the stack is used.

@@ -170,6 +170,7 @@ impl<B: Board> Server<B> {
             }
             Request::UploadCommit => Command::Storage(StorageCommand::Commit),
             Request::UploadAbort => Command::Storage(StorageCommand::Abort),
+            Request::Prove { challenge } => Command::Storage(StorageCommand::Prove(challenge)),
         };
         let refused: Pick = match &command {
             Command::Storage(command) if command.is_change() => {
@@ -321,6 +322,7 @@ impl<B: Board> Server<B> {
             panic: health.panic,
             option_bytes: health.option_bytes,
             supply_is_old: supply.is_old,
+            key_damaged: health.key_damaged,
         }
     }
 

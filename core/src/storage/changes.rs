@@ -3,7 +3,7 @@
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::Storage;
-use crate::records::key::{Key, StoredKey};
+use super::key::KeyState;
 use crate::records::log::{Entry, LogError, Reason};
 use crate::records::{SetId, Stored};
 use crate::wire::change::{Act, Change, Tag};
@@ -17,13 +17,17 @@ impl<F: NorFlash> Storage<F> {
         now_ms: u64,
     ) -> Result<Response, Refusal> {
         let key = match (&self.key, &change.act) {
-            (Some(stored), _) => &stored.key,
-            (None, Act::Provision(key)) => key,
-            (None, _) => return Err(Refusal::Unprovisioned),
+            (KeyState::None, Act::Provision(key)) => key,
+            (state, _) => state.in_force()?,
         };
         self.authority
             .check(key, &self.board, change, tag, now_ms)?;
+        let is_same =
+            self.is_provisioned() && matches!(&change.act, Act::Provision(new) if new == key);
         self.upload = None;
+        if is_same {
+            return Err(Refusal::SameKey);
+        }
         if let Some(entry) = self.unlogged {
             let logged = self.follow_up(&entry).await;
             logged.map_err(|_| Refusal::EarlierLog)?;
@@ -68,21 +72,7 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::Erased { sets })
     }
 
-    async fn provision(&mut self, key: &Key, unix_s: u64) -> Result<Response, Refusal> {
-        let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
-        let stored = StoredKey {
-            counter: entry.counter,
-            unix_s,
-            key: key.clone(),
-        };
-        let kept = self.keys().store(&stored).await;
-        kept.map_err(|_| Refusal::Flash)?;
-        self.key = Some(stored);
-        self.follow_up(&entry).await?;
-        Ok(Response::Done)
-    }
-
-    async fn append(&mut self, entry: &Entry) -> Result<(), Refusal> {
+    pub(super) async fn append(&mut self, entry: &Entry) -> Result<(), Refusal> {
         let mut end = self.end;
         let appended = self.log().append(&mut end, entry).await;
         self.end = end;

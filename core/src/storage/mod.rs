@@ -8,33 +8,40 @@
 //!                               │                        └─▶ archive (set and log entry in one) ──▶ log
 //!                               rollback ──────────────────▶ log
 //!                               factory reset ─────────────▶ log ──▶ archive erased
-//!                               provision ─────────────────▶ key ──▶ log
+//!                               provision ─────────────────▶ key beside the old one ──▶ log ──▶ old one erased
 //! ```
 //!
-//! The first step of each change decides. When the power goes between the two steps, the next start carries out the
-//! second ([`Storage::complete`]): no change is without its entry, and no entry without its change. The last entry
-//! names the active set.
+//! The first step of each change decides, and for a key its entry in the log. When the power goes between two steps, the
+//! next start carries out the rest ([`Storage::complete`]): no change is without its entry, and no entry without its
+//! change. The last entry names the active set.
 //!
-//! The start, an upload and the changes have files of their own.
+//! The start, an upload, the key and the changes have files of their own.
 
 mod changes;
+mod key;
 mod start;
 mod upload;
 
 use embedded_storage_async::nor_flash::NorFlash;
 
+use self::key::KeyState;
 use self::upload::Upload;
-use crate::authority::Authority;
+use crate::authority::{self, Authority};
 use crate::facts::FlashLayout;
-use crate::records::key::{KeyPages, StoredKey};
+use crate::records::key::KeyPages;
 use crate::records::log::{End, Entry, Log, Reason};
-use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
-use crate::wire::change::{Challenge, Change, Tag};
+use crate::records::{
+    Archive, ArchiveError, BuildId, CoefficientSet, History, MAX_ENCODED, SetId, Stored,
+};
+use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
 /// Longest time of an upload from its tag to its commit, ms.
 pub const UPLOAD_MS: u64 = 60_000;
+
+/// Shortest time from one proof to the next, ms: a flood of requests for proofs does not take the core's time.
+pub const PROOF_MS: u64 = 10;
 
 /// The requests of a host about coefficients.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +64,8 @@ pub enum StorageCommand {
     Commit,
     /// Forget the upload.
     Abort,
+    /// Prove the key to this challenge of the host.
+    Prove(ProofChallenge),
 }
 
 impl StorageCommand {
@@ -82,14 +91,17 @@ pub struct Storage<F: NorFlash> {
     flash: F,
     layout: FlashLayout,
     board: [u8; 12],
+    /// The firmware; zeros until the start is complete.
+    build: BuildId,
     end: End,
     /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
     unlogged: Option<Entry>,
     /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
-    key: Option<StoredKey>,
+    key: KeyState,
     active: Option<Active>,
     authority: Authority,
+    next_proof_ms: u64,
     upload: Option<Upload>,
     read_only: bool,
 }
@@ -101,12 +113,14 @@ impl<F: NorFlash> Storage<F> {
             flash,
             layout,
             board,
+            build: BuildId::default(),
             end: End::default(),
             unlogged: None,
             is_outdated: false,
-            key: None,
+            key: KeyState::Damaged,
             active: None,
             authority: Authority::default(),
+            next_proof_ms: 0,
             upload: None,
             read_only: false,
         }
@@ -121,7 +135,13 @@ impl<F: NorFlash> Storage<F> {
     /// Whether there is a key.
     #[must_use]
     pub fn is_provisioned(&self) -> bool {
-        self.key.is_some()
+        matches!(self.key, KeyState::InForce { .. })
+    }
+
+    /// Whether there was a key, and no copy of it is good: no change is taken then.
+    #[must_use]
+    pub fn is_key_damaged(&self) -> bool {
+        matches!(self.key, KeyState::Damaged)
     }
 
     /// The active set.
@@ -168,7 +188,24 @@ impl<F: NorFlash> Storage<F> {
                 self.upload = None;
                 Ok(Response::Done)
             }
+            StorageCommand::Prove(challenge) => self.prove(&challenge, now_ms),
         }
+    }
+
+    fn prove(&mut self, challenge: &ProofChallenge, now_ms: u64) -> Result<Response, Refusal> {
+        if now_ms < self.next_proof_ms {
+            return Err(Refusal::Busy);
+        }
+        self.next_proof_ms = now_ms.saturating_add(PROOF_MS);
+        self.authority.close();
+        self.upload = None;
+        let statement = Statement {
+            set: self.active_id(),
+            changes: self.end.last_counter(),
+        };
+        let key = self.key.in_force()?;
+        let tag = authority::proof(key, challenge, &self.board, &self.build, &statement);
+        Ok(Response::Proof { statement, tag })
     }
 
     fn read(&self, offset: u16) -> Result<Response, Refusal> {

@@ -2,9 +2,10 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
+use super::key::KeyState;
 use super::{Storage, refusal};
-use crate::records::Stored;
 use crate::records::log::{Entry, Reason};
+use crate::records::{BuildId, Stored};
 use crate::wire::Refusal;
 
 impl<F: NorFlash> Storage<F> {
@@ -15,9 +16,9 @@ impl<F: NorFlash> Storage<F> {
     /// [`Refusal::Flash`] when the flash cannot be read.
     pub async fn load(&mut self) -> Result<(), Refusal> {
         self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
-        self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
         let (reset, last) = (self.end.reset, self.end.last_counter());
         let mut history = self.archive().history(0).await.map_err(refusal)?;
+        self.find_key(last > 0 || !history.is_empty()).await?;
         let is_current = |stored: &Stored| stored.entry.counter > reset;
         self.is_outdated = history.first().is_some_and(|newest| !is_current(newest));
         history.retain(is_current);
@@ -42,23 +43,27 @@ impl<F: NorFlash> Storage<F> {
         }
     }
 
-    /// Completes what a loss of power interrupted: the log entries of an upload and of a key, and the erasure of sets
-    /// from before a factory reset.
+    /// Completes what a loss of power interrupted: the log entries of an upload and of a first key, and the
+    /// erasure of a key that is not in force and of sets from before a factory reset. `build` is the firmware.
     ///
     /// # Errors
-    /// [`Refusal::Log`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
-    pub async fn complete(&mut self) -> Result<(), Refusal> {
+    /// [`Refusal::Log`], [`Refusal::Flash`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
+    pub async fn complete(&mut self, build: BuildId) -> Result<(), Refusal> {
+        self.build = build;
         if self.read_only {
             return Ok(());
         }
-        if let Some(entry) = self.unlogged {
+        if let Some(entry) = self.unlogged.or_else(|| self.missing_entry()) {
             self.follow_up(&entry).await?;
         }
-        let key = self.key.as_ref();
-        let missing = key.filter(|key| key.counter > self.end.last_counter());
-        if let Some(unix_s) = missing.map(|key| key.unix_s) {
-            let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
-            self.follow_up(&entry).await?;
+        if let KeyState::InForce {
+            page,
+            has_spare: true,
+            ..
+        } = self.key
+        {
+            let erased = self.keys().erase(1 - page).await;
+            erased.map_err(|_| Refusal::Flash)?;
         }
         if self.is_outdated {
             self.erase_sets().await?;

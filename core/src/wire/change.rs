@@ -11,6 +11,19 @@
 //!
 //! The tag binds a change to this board and this moment: a recording of the line is worthless later and elsewhere. The
 //! digest of the whole set binds an upload, so its pieces need no tags of their own.
+//!
+//! The other direction proves the board to a host that has its key:
+//!
+//! ```text
+//! host                                            board
+//! prove, 32 random bytes ───────────────────────▶ forgets its own challenge, and an upload under way
+//!            ◀──────────────────────────────────── statement, tag
+//!
+//! tag = HMAC-SHA256(key, "hexsense proof 1" ‖ challenge ‖ unique id ‖ build ‖ statement)
+//! ```
+//!
+//! A change that is held back on the line is void from then on. So a host that lost an answer and then has a proof knows
+//! whether its change was made, and that it cannot be made any more.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +34,18 @@ pub use crate::records::key::Key;
 pub type Challenge = [u8; 16];
 /// HMAC-SHA256 over challenge, board and change.
 pub type Tag = [u8; 32];
+/// Random bytes that a proof answers. They are as long as a tag and a key, because each length of array that the board
+/// decodes takes half a kilobyte of flash.
+pub type ProofChallenge = [u8; 32];
+
+/// What a board says of itself and proves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Statement {
+    /// The active set.
+    pub set: Option<SetId>,
+    /// Counter of the last entry of its log, zero without one.
+    pub changes: u32,
+}
 
 /// One change, with its time for the board's log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

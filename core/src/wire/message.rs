@@ -7,10 +7,10 @@ use crate::harmonics::{
     AnalyserState, ChannelSums, Drive, HARMONICS, Harmonic, Harmonics, Uncertainty,
 };
 use crate::live_motion::Motion;
-use crate::records::SetId;
 use crate::records::log::Entry;
+use crate::records::{BuildId, SetId};
 use crate::sampling::BlockSize;
-use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
 use crate::wire::pose::PoseRefusal;
 use crate::wire::refusal::Refusal;
@@ -73,7 +73,8 @@ pub enum Request {
     /// Random bytes for the tag of a change → [`Response::Challenge`].
     Challenge,
     /// A change of what the board keeps, see [`super::change`]. It ends an upload under way → [`Response::Done`] for an
-    /// upload, whose pieces may then come, and for a key; [`Response::Committed`] for a rollback;
+    /// upload, whose pieces may then come, and for a key;
+    /// [`Response::Committed`] for a rollback;
     /// [`Response::Erased`] for a factory reset.
     Change {
         /// What to do.
@@ -106,6 +107,12 @@ pub enum Request {
     Motion {
         /// Index of the analyser, 0 to 2.
         analyser: u8,
+    },
+    /// Prove that you have the key, see [`super::change`]. The board's own challenge and an upload under way are void
+    /// afterwards → [`Response::Proof`]; [`Refusal::Busy`] within 10 ms of the proof before.
+    Prove {
+        /// Random bytes of the host.
+        challenge: ProofChallenge,
     },
 }
 
@@ -199,6 +206,13 @@ pub enum Response {
         /// The motion, or why the jacks give none.
         motion: Result<Motion, PoseRefusal>,
     },
+    /// The board has the key.
+    Proof {
+        /// What it says of itself.
+        statement: Statement,
+        /// Made with the key.
+        tag: Tag,
+    },
 }
 
 /// Harmonics of one channel as the board solves them, counts and rad at the trigger of the first scan.
@@ -271,6 +285,8 @@ pub struct Identity {
     pub reset: ResetCause,
     /// The numbers of this kind of board.
     pub facts: BoardFacts,
+    /// Identity of its firmware; `None` in the first tenth of a second after a start, until the board has computed it.
+    pub build: Option<BuildId>,
 }
 
 /// Encodes a request as a frame into `out` and returns its length.

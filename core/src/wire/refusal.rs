@@ -98,9 +98,10 @@ pub enum Refusal {
     /// The set was made for another board.
     #[error("the set was made for another board; calibrate this one")]
     OtherBoard,
-    /// The flash failed; the old set is still active.
+    /// The flash failed; set and key are the old ones.
     #[error(
-        "the board's flash failed; the old set is still active; try again, and replace the board if it happens twice"
+        "the board's flash failed; its set and its key are still the old ones; try again, and replace the board if it \
+         happens twice"
     )]
     Flash,
     /// A change on a board that has no key.
@@ -180,4 +181,16 @@ pub enum Refusal {
         "nothing was changed: the chip's option bytes give its flash a single bank (DBANK = 0) or protect pages of bank 2 from writing (WRP2); `hexsense status` says which, and what to do"
     )]
     OptionBytes,
+    /// The board had a key, and no copy of it is good.
+    #[error(
+        "the board had a key and can no longer read it, so it takes no change from anybody and measures on with the \
+         coefficients that it has; to give it another key, erase flash bank 2 with a debug probe, which erases sets and \
+         log too, then provision it and upload again"
+    )]
+    KeyDamaged,
+    /// The new key is the one that is in force.
+    #[error(
+        "the board has this key already, and nothing has changed; make another for it with `hexsense provision`"
+    )]
+    SameKey,
 }

@@ -275,6 +275,8 @@ pub struct Status {
     pub option_bytes: OptionBytes,
     /// Whether no good reading of the supply has come for a second.
     pub supply_is_old: bool,
+    /// Whether the board had a key and cannot read it any more; it takes no changes then.
+    pub key_damaged: bool,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

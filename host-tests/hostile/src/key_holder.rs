@@ -13,7 +13,7 @@ use hexsense_core::wire::{Refusal, Response};
 use sha2::{Digest, Sha256};
 
 use crate::nor_flash::{Fault, Nor, PAGE, layout};
-use crate::sets::BOARD;
+use crate::sets::{BOARD, BUILD};
 
 /// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
 pub const PAGES: usize = 14;
@@ -77,7 +77,7 @@ impl<F: NorFlash> KeyHolder<F> {
         let mut storage = Storage::new(flash, layout(pages), BOARD);
         let started = block_on(async {
             storage.load().await?;
-            storage.complete().await
+            storage.complete(BUILD).await
         });
         let key_holder = Self {
             storage,

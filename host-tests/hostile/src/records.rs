@@ -112,7 +112,8 @@ fn flash(input: &mut Input) {
                     unix_s: 0,
                     key: input.pick(&[&KEYS[0], &KEYS[1]]).clone(),
                 };
-                let _ = block_on(KeyPages::new(Shared(&nor), layout(PAGES).key()).store(&key));
+                let page = input.byte() % 2;
+                let _ = block_on(keys(&nor).store(page, &key));
             }
             3 => {
                 let content = &CONTENTS[usize::from(input.byte()) % GOOD];
@@ -189,8 +190,15 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
         assert_eq!(key_holder.active(), active, "a second start finds the same");
     }
     assert!(!is_sound || second.is_ok(), "{second:?}");
-    let key = block_on(KeyPages::new(Shared(nor), layout(PAGES).key()).load());
-    let key: Key = key.ok().flatten().map_or(KEYS[0].clone(), |kept| kept.key);
+    if key_holder.storage.is_key_damaged() {
+        return takes_no_change(nor, &mut key_holder);
+    }
+    let found = block_on(keys(nor).load()).unwrap();
+    let key: Key = found
+        .into_iter()
+        .flatten()
+        .next()
+        .map_or(KEYS[0].clone(), |kept| kept.key);
     let uploaded = work(&mut key_holder, &key, is_provisioned);
     if !is_sound {
         return;
@@ -202,6 +210,22 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
     let (key_holder, started) = KeyHolder::start(Shared(nor));
     assert_eq!(started, Ok(()));
     assert_eq!(key_holder.active(), Some(id(&CONTENTS[2])));
+}
+
+fn keys(nor: &RefCell<Nor>) -> KeyPages<Shared<'_>> {
+    KeyPages::new(Shared(nor), layout(PAGES).key())
+}
+
+/// A board whose key is damaged takes no change from anybody, and no key.
+fn takes_no_change(nor: &RefCell<Nor>, key_holder: &mut KeyHolder<Shared>) {
+    let operations = nor.borrow().operations;
+    for key in &KEYS {
+        let provisioned = key_holder.change(key, Act::Provision(key.clone()));
+        assert_eq!(provisioned, Err(Refusal::KeyDamaged));
+        let uploaded = key_holder.upload(key, &CONTENTS[2]);
+        assert_eq!(uploaded, Err(Refusal::KeyDamaged));
+    }
+    assert_eq!(nor.borrow().operations, operations);
 }
 
 fn work(

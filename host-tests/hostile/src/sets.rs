@@ -2,11 +2,13 @@
 
 use hexsense_core::records::log::Reason;
 use hexsense_core::records::{
-    CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
+    BuildId, CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 
 /// Unique id of the board that the sets are for.
 pub const BOARD: [u8; 12] = [7; 12];
+/// The firmware of the board.
+pub const BUILD: BuildId = BuildId([0xB1; 8]);
 
 /// A set of nearly the greatest length; `number` makes it differ from the others.
 #[must_use]
@@ -26,6 +28,7 @@ pub fn numbered(number: u32) -> CoefficientSet {
         temperature_c: 31.5,
         provenance: [0xC3; 32],
         ratiometric: Default::default(),
+        build: None,
         triads: [triad; 3],
         base: base(),
         jacks: JackCoefficients {

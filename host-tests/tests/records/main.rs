@@ -2,6 +2,7 @@
 
 mod appends;
 mod archive;
+mod build;
 mod limits;
 mod power_cuts;
 mod record;

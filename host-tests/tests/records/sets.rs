@@ -1,7 +1,9 @@
 //! Any coefficient set.
 
 use hexsense_core::channel::{CHANNELS, Ratiometric};
-use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{
+    BuildId, CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients,
+};
 use host_tests::sets::base;
 use proptest::array::uniform32;
 use proptest::prelude::*;
@@ -17,6 +19,7 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
             -40.0_f32..125.0,
             uniform32(any::<u8>()),
             0_u16..1 << CHANNELS,
+            proptest::option::of(any::<[u8; 8]>()),
         ),
         triads,
         base,
@@ -24,7 +27,7 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
         .prop_map(
             |(
                 (board, name, geometry_hash),
-                (unix_s, temperature_c, provenance, ratiometric),
+                (unix_s, temperature_c, provenance, ratiometric, build),
                 triads,
                 (base, jacks),
             )| {
@@ -36,6 +39,7 @@ pub fn any_set() -> impl Strategy<Value = CoefficientSet> {
                     temperature_c,
                     provenance,
                     ratiometric: Ratiometric::from_bits(ratiometric).unwrap(),
+                    build: build.map(BuildId),
                     triads,
                     base,
                     jacks,

@@ -47,7 +47,7 @@ fn every_fact_is_that_of_its_name() {
         ),
         (
             "Board",
-            "interface board, second, id 0a1b2c3d4e5f60718293a4b5, firmware 1.2.3, wire version 45",
+            "interface board, second, id 0a1b2c3d4e5f60718293a4b5, firmware 1.2.3, build b0b1b2b3b4b5b6b7, wire version 45",
         ),
         (
             "Temperature of the board",

@@ -81,6 +81,7 @@ impl Evidence {
             firmware: "0.1.0".to_owned(),
             wire: 1,
             facts: hexsense::FACTS,
+            build: None,
         };
         let campaign = Campaign {
             folder: PathBuf::from("campaign"),
@@ -147,6 +148,7 @@ fn set(geometry: &GeometryFile, analysis: &Analysis) -> CoefficientSet {
         temperature_c: 27.2,
         provenance: [0xa5; 32],
         ratiometric: Default::default(),
+        build: None,
         triads: analysis.triads,
         base: MotionBase::new(&geometry.geometry),
         jacks: JackCoefficients {

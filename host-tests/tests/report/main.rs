@@ -135,6 +135,7 @@ fn names_from_files_cannot_become_markup() {
         firmware: format!("firmware {HOSTILE}"),
         wire: 1,
         facts: hexsense::FACTS,
+        build: None,
     };
     let mut analysis = EVIDENCE.analysis.clone();
     analysis.condensed.heave.name = format!("run {HOSTILE}");

@@ -35,6 +35,13 @@ const HALVES: &[(&str, Halves)] = &[
         },
     ),
     (
+        "core/src",
+        Halves {
+            files: ["storage/mod.rs", "storage/key.rs"],
+            reason: "the storage keeps what is known of the key, and finds and replaces the key by its flash and its log",
+        },
+    ),
+    (
         "virtual-board/src",
         Halves {
             files: ["bus/mod.rs", "bus/events.rs"],

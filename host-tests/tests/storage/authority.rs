@@ -1,13 +1,11 @@
 //! Only the key holder changes anything, and a recorded exchange cannot be used again.
 
-use embassy_futures::block_on;
 use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, tag};
 use hexsense_core::records::SetId;
-use hexsense_core::records::key::{KeyPages, StoredKey};
 use hexsense_core::storage::{StorageCommand, UPLOAD_MS};
 use hexsense_core::wire::change::{Act, Change, Key};
 use hexsense_core::wire::{Refusal, Response};
-use host_tests::nor_flash::{Nor, PAGE};
+use host_tests::nor_flash::Nor;
 use host_tests::sets::{BOARD, encoded, numbered};
 use proptest::prelude::*;
 
@@ -236,43 +234,6 @@ fn a_challenge_that_was_tried_during_the_wait_does_not_serve_after_it() {
     assert_eq!(waits, Err(Refusal::BackOff { ms: 1_000 }));
     key_holder.now_ms += 1_000;
     assert_eq!(key_holder.ask(command), Err(Refusal::NoChallenge));
-}
-
-#[test]
-fn a_new_key_needs_the_old_one_and_replaces_it() {
-    let mut nor = Nor::new(PAGES);
-    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
-    assert_eq!(
-        key_holder.change(&KEY, Act::Provision(OTHER_KEY)),
-        Ok(Response::Done)
-    );
-    assert_eq!(key_holder.upload(3), Err(Refusal::WrongTag));
-    drop(key_holder);
-    let gone = KEY.0;
-    assert!(
-        !nor.bytes().windows(gone.len()).any(|bytes| bytes == gone),
-        "the old key is erased"
-    );
-    let mut key_holder = KeyHolder::start(&mut nor);
-    let rolled_back = key_holder.change(&OTHER_KEY, Act::Rollback(id(1)));
-    assert!(matches!(rolled_back, Ok(Response::Committed(_))));
-}
-
-/// The flash after a power cut before the old key is erased.
-#[test]
-fn of_two_keys_the_newer_counts() {
-    let mut nor = Nor::new(2);
-    let stored = [KEY, OTHER_KEY].map(|key| StoredKey {
-        counter: if key == KEY { 1 } else { 7 },
-        unix_s: 0,
-        key,
-    });
-    block_on(KeyPages::new(&mut nor, 0).store(&stored[0])).unwrap();
-    let old = nor.bytes().to_vec();
-    block_on(KeyPages::new(&mut nor, 0).store(&stored[1])).unwrap();
-    nor.overwrite(0, &old[..PAGE]);
-    let found = block_on(KeyPages::new(&mut nor, 0).load()).unwrap();
-    assert_eq!(found.as_ref(), Some(&stored[1]));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use host_tests::nor_flash::{Nor, layout};
 use host_tests::sets::{encoded, numbered};
 use hostile::key_holder::Shared;
 
-use crate::key_holder::{KEY, KeyHolder, PAGES, acts, id, upload_of};
+use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES, acts, id, upload_of};
 
 #[test]
 fn an_upload_becomes_active_and_stays_so_over_a_start() {
@@ -239,7 +239,7 @@ fn worn_out_flash_is_told_and_the_old_set_stays() {
     let mut key_holder = KeyHolder::start(&mut nor);
     assert_eq!(key_holder.upload(2), Err(Refusal::Flash));
     assert_eq!(
-        key_holder.change(&KEY, Act::Provision(KEY)),
+        key_holder.change(&KEY, Act::Provision(OTHER_KEY)),
         Err(Refusal::Flash)
     );
     assert_eq!(

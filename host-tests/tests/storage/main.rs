@@ -4,7 +4,9 @@
 mod authority;
 mod changes;
 mod key_holder;
+mod keys;
 mod log;
 mod power_cuts;
+mod proofs;
 mod read_only;
 mod uploads;

@@ -6,7 +6,7 @@ use hexsense_core::wire::change::Act;
 use hexsense_core::wire::message::Chunk;
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::{Nor, Torn, layout};
-use host_tests::sets::{BOARD, encoded, numbered};
+use host_tests::sets::{BOARD, BUILD, encoded, numbered};
 
 use crate::key_holder::{KEY, KeyHolder, PAGES, acts, id};
 
@@ -68,7 +68,7 @@ fn a_change_that_was_interrupted_anywhere_is_not_completed() {
             let mut storage = Storage::new(&mut nor, layout(PAGES), BOARD);
             storage.forbid_changes();
             block_on(storage.load()).unwrap();
-            block_on(storage.complete()).unwrap();
+            block_on(storage.complete(BUILD)).unwrap();
             drop(storage);
             assert!(nor.bytes() == bytes, "cut in operation {operation}");
             drop(KeyHolder::start(&mut nor));

@@ -8,9 +8,9 @@ use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::records::Entry;
 use hexsense_core::records::log::Reason;
-use hexsense_core::records::{BaseError, RecordError, SetId};
+use hexsense_core::records::{BaseError, BuildId, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::change::{Act, Change, Key, Statement};
 use hexsense_core::wire::message::{
     ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
 };
@@ -165,6 +165,7 @@ fn requests() -> String {
         UploadAbort {} => Request::UploadAbort,
         Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
+        Prove { .. } => Request::Prove { challenge: *b"0123456789abcdefghijklmnopqrstuv" },
     })
 }
 
@@ -184,6 +185,7 @@ fn responses() -> String {
         Erased { .. } => Response::Erased { sets: 8 },
         Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
+        Proof { .. } => Response::Proof { statement: Statement { set: Some(ID), changes: 0x0102_0304 }, tag: [0xA7; 32] },
     })
 }
 
@@ -222,6 +224,8 @@ fn refusals() -> String {
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
         EarlierLog {} => Refusal::EarlierLog,
         OptionBytes {} => Refusal::OptionBytes,
+        KeyDamaged {} => Refusal::KeyDamaged,
+        SameKey {} => Refusal::SameKey,
     })
 }
 
@@ -384,6 +388,7 @@ fn identity(reset: ResetCause) -> Response {
                 pages: 0x8182,
             },
         },
+        build: Some(BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98])),
     })
 }
 
@@ -474,6 +479,7 @@ fn status() -> Status {
             write_protected: [None, Some((3, 61)), None, Some((8, 9))],
         },
         supply_is_old: true,
+        key_damaged: true,
     }
 }
 

@@ -25,6 +25,7 @@ fn set() -> CoefficientSet {
         temperature_c: 30.0,
         provenance: [2; 32],
         ratiometric: Default::default(),
+        build: None,
         triads: [triad; 3],
         base: MotionBase::new(&geometry),
         jacks: JackCoefficients {

@@ -10,6 +10,7 @@ use hexsense_client::bounds::{self, MAX_COUNT, MAX_RATE_HZ};
 use hexsense_core::channel::CHANNELS;
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::harmonics::ChannelSums;
+use hexsense_core::records::BuildId;
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::Drive;
 use serde::de::DeserializeOwned;
@@ -36,6 +37,17 @@ pub struct BoardRecord {
     /// The numbers of this kind of board.
     #[serde(default = "known_board::facts")]
     pub facts: BoardFacts,
+    /// Identity of the firmware by its code, in hexadecimal digits; `None` in campaigns of older versions.
+    #[serde(default)]
+    pub build: Option<String>,
+}
+
+impl BoardRecord {
+    /// Identity of the firmware.
+    #[must_use]
+    pub fn build_id(&self) -> Option<BuildId> {
+        files::from_hex(self.build.as_deref()?).map(BuildId)
+    }
 }
 
 /// What is known of a run beside its scans.
@@ -121,6 +133,24 @@ impl Campaign {
         } else {
             let what = format!("board {noted}, not with board {}", board.board);
             Err(other(&self.folder, &what))
+        }
+    }
+
+    /// Whether the runs so far, if there are any, were recorded by this firmware.
+    ///
+    /// # Errors
+    /// [`CampaignError::Other`] for another build, [`CampaignError::File`].
+    pub fn check_build(&self, board: &BoardRecord) -> Result<(), CampaignError> {
+        let is_recorded = |run: &Run| self.is_recorded(&run.name);
+        if !self.plan.runs.iter().any(is_recorded) {
+            return Ok(());
+        }
+        match (self.board()?.build, &board.build) {
+            (Some(noted), Some(found)) if noted != *found => {
+                let what = format!("the firmware of build {noted}, not with build {found}");
+                Err(other(&self.folder, &what))
+            }
+            _ => Ok(()),
         }
     }
 

@@ -33,21 +33,28 @@ impl Port {
     }
 }
 
-/// What a change of the board needs.
+/// What a change of the board and its proof need.
 #[derive(Args)]
 pub struct Key {
-    /// File with the board's key, made by `hexsense provision`
-    #[arg(long = "key", value_name = "FILE", default_value = key_file::DEFAULT)]
-    pub file: PathBuf,
+    /// File with the board's key, made by `hexsense provision` [default: hexsense-UNIQUEID.key in the present folder]
+    #[arg(long = "key", value_name = "FILE")]
+    pub named: Option<PathBuf>,
 }
 
 impl Key {
-    /// The key.
+    /// The file with the key of this board.
+    #[must_use]
+    pub fn file(&self, board: &[u8; 12]) -> PathBuf {
+        let named = self.named.clone();
+        named.unwrap_or_else(|| key_file::default_of(board))
+    }
+
+    /// The key of this board.
     ///
     /// # Errors
     /// [`KeyFileError`].
-    pub fn load(&self) -> Result<change::Key, KeyFileError> {
-        key_file::load(&self.file)
+    pub fn load(&self, board: &[u8; 12]) -> Result<change::Key, KeyFileError> {
+        key_file::load(&self.file(board))
     }
 }
 

@@ -107,7 +107,7 @@ impl Calibrate {
         let unix_s = begun.date_unix_s;
         let unix_s = unix_s.unwrap_or_else(hexsense_client::change::unix_now);
         let sources = campaign.sources()?;
-        let set = evaluation.coefficient_set(&campaign, &sources, board, unix_s);
+        let set = evaluation.coefficient_set(&campaign, &sources, board, unix_s)?;
         let results = &evaluation.analysis.results;
         terminal::print(&table(results))?;
         for warning in &results.warnings {
@@ -178,7 +178,10 @@ impl Calibrate {
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.check_board(&board)?;
         campaign.write()?;
-        campaign.note_board(&board)?;
+        if runs.iter().any(|run| !campaign.is_recorded(&run.name)) {
+            campaign.check_build(&board)?;
+            campaign.note_board(&board)?;
+        }
         campaign.note_begun(begun)?;
         let job = SequenceJob {
             campaign,

@@ -31,9 +31,10 @@ impl FactoryReset {
     /// # Errors
     /// An answer that is not yes, no terminal to ask at, a file that holds no key, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let key = self.key.load()?;
         let mut client = self.port.open()?;
-        let board = files::hex(&client.identity()?.board);
+        let board = client.identity()?.board;
+        let key = self.key.load(&board)?;
+        let board = files::hex(&board);
         let history = client.history()?;
         tell!("board {board} keeps {}", sets(history.len()));
         if !history.is_empty() {

@@ -7,7 +7,8 @@ use hexsense_core::records::SetId;
 use hexsense_core::records::log::{Entry, Reason};
 use serde_json::{Value, json};
 
-use super::arguments::Port;
+use super::arguments::{Key, Port};
+use super::proven::Proven;
 use crate::date::utc;
 use crate::terminal;
 use hexsense_client::Client;
@@ -17,11 +18,14 @@ use hexsense_client::Client;
 /// Each entry has its number, the time by the clock of the computer that made the change, the kind of change, the set that
 /// was active after it and the set that was active before. A fallback is a change that the board makes by itself at a
 /// start: it could not read the active set any more, and the newest set that it could read took its place. The board
-/// appends an entry with every change and never erases an entry; when the numbers have no gap, no entry is missing.
+/// appends an entry with every change and never erases an entry; when the numbers have no gap, no entry is missing. With its
+/// key at hand the board proves that it is the board, and how many changes it has.
 #[derive(Args)]
 pub struct Log {
     #[command(flatten)]
     port: Port,
+    #[command(flatten)]
+    key: Key,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -31,24 +35,33 @@ impl Log {
     /// Runs the command.
     ///
     /// # Errors
-    /// What the link reports.
+    /// What the link reports, and a board that does not have the key at hand.
     pub fn run(self) -> anyhow::Result<()> {
-        Ok(terminal::print(&text(&mut self.port.open()?, self.json)?)?)
+        let mut client = self.port.open()?;
+        let proven = Proven::of(&mut client, &self.key)?;
+        terminal::print(&text(&mut client, self.json, &proven)?)?;
+        proven.check()
     }
 }
 
 /// What the command prints of a board.
 ///
 /// # Errors
-/// What the link reports.
-pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
+/// What the link reports, and a log that does not end with the change that the board proves.
+pub fn text(client: &mut Client, json: bool, proven: &Proven) -> anyhow::Result<String> {
     let log = client.log(1)?;
+    proven.check_changes(log.last().map_or(0, |entry| entry.counter))?;
     let missing = missing(&log);
     if json {
-        return Ok(format!("{}\n", to_json(&log, &missing)));
+        let mut document = to_json(&log, &missing);
+        document["proven"] = proven.is_proven().into();
+        return Ok(format!("{document}\n"));
     }
+    let proof = proven.line();
     if log.is_empty() {
-        return Ok("the log is empty: nothing on this board has ever been changed\n".to_owned());
+        return Ok(format!(
+            "the log is empty: nothing on this board has ever been changed\n{proof}\n"
+        ));
     }
     let mut text = table(&log);
     for Range { start, end } in missing {
@@ -57,7 +70,7 @@ pub fn text(client: &mut Client, json: bool) -> anyhow::Result<String> {
             "changes {start} to {last} ARE MISSING: the flash does not give their entries back any more\n"
         );
     }
-    Ok(text)
+    Ok(text + &proof + "\n")
 }
 
 fn table(log: &[Entry]) -> String {

@@ -21,6 +21,7 @@ pub mod log;
 mod new;
 mod plan;
 mod progress;
+pub mod proven;
 mod provision;
 mod report;
 mod rollback;

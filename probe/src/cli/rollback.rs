@@ -30,8 +30,8 @@ impl Rollback {
     /// # Errors
     /// An identity that no kept set or several kept sets have, a file that holds no key, and what the link reports.
     pub fn run(self) -> anyhow::Result<()> {
-        let key = self.key.load()?;
         let mut client = self.port.open()?;
+        let key = self.key.load(&client.identity()?.board)?;
         let id = find(&client.history()?, &self.id)?;
         client.roll_back(&key, id)?;
         let Some((active, encoded)) = client.read_set()? else {

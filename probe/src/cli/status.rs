@@ -131,7 +131,7 @@ impl Reading {
             let (roll, pitch) = (roll.to_degrees(), pitch.to_degrees());
             lines.push(("tilt, rough", format!("roll {roll:.1}°, pitch {pitch:.1}°")));
         }
-        lines.push(("key", key(status.provisioned).to_owned()));
+        lines.push(("key", key(status).to_owned()));
         let set = match self.active {
             Some(set) => format!("set {}, uploaded with change {}", set.id, set.sequence),
             None => "none; calibrate and upload a set".to_owned(),
@@ -333,6 +333,7 @@ impl Reading {
             "in_calibrated_range": self.active.map(|_| status.in_calibrated_range),
             "tilt_approximate_rad": status.tilt_approximate_rad,
             "provisioned": status.provisioned,
+            "key_damaged": status.key_damaged,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
             "start": board_events::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
@@ -380,11 +381,16 @@ fn clock(status: &BoardStatus) -> &'static str {
 }
 
 /// Whether the board has a key, in words.
-pub(super) fn key(provisioned: bool) -> &'static str {
-    if provisioned {
-        "provisioned; the board takes changes only with its key"
-    } else {
-        "NONE: the board takes no changes until `hexsense provision` gives it a key"
+pub(super) fn key(status: &BoardStatus) -> &'static str {
+    match (status.key_damaged, status.provisioned) {
+        (true, _) => {
+            "DAMAGED: the board takes no changes from anybody and measures on; to give it another key, erase flash bank 2 \
+             with a debug probe, sets and log included, then provision it and upload again"
+        }
+        (false, true) => "provisioned; the board takes changes only with its key",
+        (false, false) => {
+            "NONE: the board takes no changes until `hexsense provision` gives it a key"
+        }
     }
 }
 

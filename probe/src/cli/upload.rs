@@ -43,7 +43,6 @@ impl Upload {
         for unseen in sources::check(folder, &found_from)? {
             tell!("not checked: {unseen}");
         }
-        let key = self.key.load()?;
         let mut client = self.port.open()?;
         let board = client.identity()?.board;
         if board != set.board {
@@ -54,6 +53,7 @@ impl Upload {
                 files::hex(&board)
             );
         }
+        let key = self.key.load(&board)?;
         let mut buffer = [0; MAX_ENCODED];
         let encoded = set.encode(&mut buffer)?;
         let active = client.upload(encoded, &key)?;

@@ -6,8 +6,9 @@ use clap::Args;
 use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::PoseReport;
 
-use super::arguments::{Base, Controller, Date, Port, Scanning, Waiting};
+use super::arguments::{Base, Controller, Date, Key, Port, Scanning, Waiting};
 use super::broken_off::same_again;
+use super::proven::Proven;
 use super::{progress, report};
 use crate::analysis::held_out::{self, ChannelVerdict};
 use crate::board_pose::{self, Difference, MAX_DIFFERENCE};
@@ -34,11 +35,13 @@ use hexsense_client::Client;
 /// report.html. The movement is recorded again each time. --out is the folder of the campaign that the coefficients came
 /// from. The command fails when the error of a channel is over 3 % of its signal, when a mean error is outside its
 /// uncertainty, and when a pose of the board differs by more than 5e-7 m or rad from the pose that double precision finds
-/// from the same counts.
+/// from the same counts. With its key at hand the board first proves that it is the board, and nothing moves when it cannot.
 #[derive(Args)]
 pub struct Verify {
     #[command(flatten)]
     port: Port,
+    #[command(flatten)]
+    key: Key,
     #[command(flatten)]
     base: Base,
     #[command(flatten)]
@@ -98,7 +101,11 @@ impl Verify {
         let mut client = self.port.open()?;
         let identity = ready(&mut client, self.scanning.rate)?;
         campaign.check_board(&board_record(&client, &identity))?;
+        let proven = Proven::of(&mut client, &self.key)?;
+        tell!("{}", proven.line());
+        proven.check()?;
         let id = check_active(&mut client, ours, campaign)?;
+        proven.check_set(Some(id))?;
         let mut motion = self.controller.motion(&interrupt)?;
         campaign.write()?;
         campaign.forget_verification(&run.name)?;
@@ -268,6 +275,7 @@ mod tests {
             temperature_c: 30.0,
             provenance: [2; 32],
             ratiometric: Default::default(),
+            build: None,
             triads: [triad; 3],
             base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
             jacks: JackCoefficients {

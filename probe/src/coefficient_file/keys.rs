@@ -3,7 +3,9 @@
 use std::time::UNIX_EPOCH;
 
 use hexsense_core::channel::{NAMES, Ratiometric};
-use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{
+    BuildId, CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients,
+};
 use serde::{Deserialize, Serialize};
 
 use super::sources::Sources;
@@ -30,6 +32,9 @@ pub struct Keys {
     /// Names of the channels on which the supply factor does not act.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     ratiometric: Vec<String>,
+    /// The firmware that recorded the captures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    firmware_build: Option<String>,
     linear_acceleration: Table,
     angular_acceleration: Table,
     angular_rate: Table,
@@ -86,6 +91,7 @@ impl Keys {
             temperature_c: wide(set.temperature_c),
             provenance_sha256: files::hex(&set.provenance),
             ratiometric: ratiometric_names(set.ratiometric),
+            firmware_build: set.build.map(|build| build.to_string()),
             linear_acceleration,
             angular_acceleration,
             angular_rate,
@@ -134,11 +140,18 @@ impl Keys {
             base: self.base.to_base(),
             jacks: self.jacks.to_jacks(),
             ratiometric: self.ratiometric(file)?,
+            build: self.build(file)?,
         })
     }
 }
 
 impl Keys {
+    fn build(&self, file: &str) -> Result<Option<BuildId>, FileError> {
+        let build = self.firmware_build.as_deref();
+        let build = build.map(|build| digits(file, "firmware_build", build));
+        Ok(build.transpose()?.map(BuildId))
+    }
+
     fn ratiometric(&self, file: &str) -> Result<Ratiometric, FileError> {
         self.ratiometric
             .iter()

@@ -1,7 +1,7 @@
 //! What people and programs read of a set: no two of its numbers are alike.
 
 use super::*;
-use hexsense_core::records::{JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{BuildId, JackCoefficients, MotionBase, TriadCoefficients};
 use serde_json::json;
 
 fn triad(offset: [f32; 3], gains: [f32; 3], delay_s: f32) -> TriadCoefficients {
@@ -37,6 +37,7 @@ fn set() -> CoefficientSet {
         temperature_c: 27.3,
         provenance: sources().provenance(),
         ratiometric: Default::default(),
+        build: Some(BuildId([0x0d, 1, 2, 3, 4, 5, 6, 0xe7])),
         triads: [
             triad([32_100.5, 32_850.25, 33_000.75], [5e-4, 4e-4, 8e-4], 0.0015),
             triad(
@@ -136,6 +137,7 @@ fn the_document_has_every_number_under_its_key() {
         "temperature_c": 27.3,
         // By sha256sum, of the four digests with a line feed behind each.
         "provenance_sha256": "a1cbbe37bad28b580344276a4869ae096950fc6a06e17bf91ea5ce58bb8a49fa",
+        "firmware_build": "0d010203040506e7",
         "linear_acceleration": triad([32_100.5, 32_850.25, 33_000.75], [5e-4, 4e-4, 8e-4], 0.0015),
         "angular_acceleration": triad([31_000.5, 31_500.25, 31_999.75], [-2e-4, 1e-4, 2.5e-4], -0.0023),
         "angular_rate": triad([34_000.5, 34_100.25, 34_200.75], [1.6e-5, 3.2e-5, 6.4e-5], 0.0047),

@@ -36,6 +36,7 @@ fn set() -> CoefficientSet {
         temperature_c: 31.7,
         provenance: sources().provenance(),
         ratiometric: Ratiometric::NONE.with(2).with(10),
+        build: None,
         triads: [triad(1.0), triad(2.0), triad(3.0)],
         base: MotionBase::new(&GeometryFile::load("an-74tk-200").unwrap().geometry),
         jacks: JackCoefficients {

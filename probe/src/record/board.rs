@@ -54,5 +54,6 @@ pub fn board_record(client: &Client, identity: &Identity) -> BoardRecord {
         firmware: format!("{major}.{minor}.{patch}"),
         wire: VERSION,
         facts: identity.facts,
+        build: identity.build.map(|build| build.to_string()),
     }
 }

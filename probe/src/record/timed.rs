@@ -147,6 +147,7 @@ fn note(notes: &Notes, recorded: Option<&Recorded>) -> String {
     let mut note = json!({
         "board": notes.board.board,
         "firmware": notes.board.firmware,
+        "build": notes.board.build,
         "set": notes.set.map(|set| set.to_string()),
         "rate_hz": notes.rate_hz,
         "block": notes.block.scans(),

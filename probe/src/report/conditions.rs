@@ -81,10 +81,11 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
         (
             "Board",
             format!(
-                "{}, id {}, firmware {}, wire version {}",
+                "{}, id {}, firmware {}{}, wire version {}",
                 text(&input.board.hardware),
                 code(&input.board.board),
                 text(&input.board.firmware),
+                build(input),
                 input.board.wire,
             ),
         ),
@@ -116,6 +117,12 @@ pub fn section(page: &mut Page, input: &ReportInput) -> Result<(), AnalysisError
     );
     runs(page, input);
     Ok(())
+}
+
+/// The build of the firmware that recorded the captures.
+fn build(input: &ReportInput) -> String {
+    let build = input.set.build.map(|build| build.to_string());
+    build.map_or(String::new(), |build| format!(", build {}", code(&build)))
 }
 
 fn gravity(sensors: &SensorFile) -> String {

@@ -41,9 +41,9 @@ impl Bench {
             twin::papers::sensor_file(SEED),
         )
         .unwrap();
-        super::key::save(folder.path());
         let (pins, control) = source::twin(SEED, GEOMETRY);
         let mut board = FakeBoard::new(source(Pins::connect(&pins)));
+        super::key::save(folder.path(), &board.uid);
         change(&mut board);
         Self {
             folder,

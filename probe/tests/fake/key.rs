@@ -12,10 +12,10 @@ pub const KEY: Key = {
     Key(key)
 };
 
-/// Writes it where the commands look for it in `folder`.
-pub fn save(folder: &Path) {
+/// Writes it where the commands look for the key of this board in `folder`.
+pub fn save(folder: &Path, board: &[u8; 12]) {
     let text = format!("{}\n", files::hex(&KEY.0));
-    let path = folder.join(key_file::DEFAULT);
+    let path = folder.join(key_file::default_of(board));
     write(&path, &text);
 }
 

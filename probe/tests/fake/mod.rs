@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "every test takes what it needs")]
 
 pub mod bench;
+pub mod desk;
 pub mod flash;
 pub mod key;
 pub mod line;
@@ -19,7 +20,7 @@ use hexsense_core::server::{MAX_REQUEST_FRAME, Server};
 use hexsense_core::storage::{Active, StorageCommand};
 use hexsense_core::wire::change::{Act, Change};
 use hexsense_core::wire::frame::{self, Closed, Deframer};
-use hexsense_core::wire::{Kind, MAX_FRAME, Response};
+use hexsense_core::wire::{Kind, MAX_FRAME, Request, Response, message};
 
 use key::KEY;
 use parts::Parts;
@@ -86,6 +87,18 @@ pub struct FakeBoard {
     requests: u32,
     late: Vec<u8>,
     blocks: u64,
+    /// What somebody on the line does with a request.
+    pub lie: fn(&Request) -> Lie,
+    /// The frames that somebody on the line holds back.
+    held: Vec<Vec<u8>>,
+}
+
+/// What somebody on the line does with a request.
+pub enum Lie {
+    /// It passes, and so does its answer.
+    None,
+    /// It is held back, and answered by the liar or not at all.
+    Hold(Option<Response>),
 }
 
 /// Wire version, unique id, crystal, flash and fault can be set as if they were the board's own.
@@ -129,6 +142,8 @@ impl FakeBoard {
             requests: 0,
             late: Vec::new(),
             blocks: 0,
+            lie: |_| Lie::None,
+            held: Vec::new(),
         }
     }
 
@@ -160,7 +175,39 @@ impl FakeBoard {
             requests,
             late: Vec::new(),
             blocks: 0,
+            lie: |_| Lie::None,
+            held: Vec::new(),
         }
+    }
+
+    /// Lets all requests arrive that somebody on the line holds back; what the board answers.
+    pub fn deliver(&mut self) -> Vec<Response> {
+        let held = std::mem::take(&mut self.held);
+        let answers = held.into_iter().map(|mut frame| {
+            let mut answer = self.answer(&mut frame);
+            let length = answer.len() - 1;
+            let frame = frame::decode(&mut answer[..length]).unwrap();
+            message::decode_response(frame.payload).unwrap()
+        });
+        answers.collect()
+    }
+
+    /// What a liar on the line does with a frame; its answer, when it takes the frame.
+    fn lie_to(&mut self, bytes: &[u8]) -> Option<Vec<u8>> {
+        let mut copy = bytes.to_vec();
+        let frame = frame::decode(&mut copy).ok()?;
+        let request = message::decode_request(frame.payload)?;
+        let Lie::Hold(answer) = (self.lie)(&request) else {
+            return None;
+        };
+        let sequence = frame.sequence;
+        self.held.push(bytes.to_vec());
+        let mut out = vec![0; MAX_FRAME];
+        let length = answer.map_or(0, |answer| {
+            message::encode_response(&answer, sequence, &mut out).unwrap()
+        });
+        out.truncate(length);
+        Some(out)
     }
 
     /// The active set.
@@ -235,6 +282,10 @@ impl FakeBoard {
         self.requests += 1;
         let number = self.requests;
         if self.fault == Fault::LoseRequest(number) {
+            return;
+        }
+        if let Some(lie) = self.lie_to(bytes) {
+            out.extend(lie);
             return;
         }
         if matches!(self.fault, Fault::CutAt(at) if number >= at) {

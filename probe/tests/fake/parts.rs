@@ -8,7 +8,7 @@ use hexsense::FACTS;
 use hexsense_core::channel::{INERTIAL, JACKS, Scan};
 use hexsense_core::facts::BoardFacts;
 use hexsense_core::live_pose::{JackBlock, Tracker};
-use hexsense_core::records::SetId;
+use hexsense_core::records::{BuildId, SetId};
 use hexsense_core::sample_path::queue::Context;
 use hexsense_core::sample_path::{Path, Progress};
 use hexsense_core::sampling::{BlockSize, Calibrator, Prepared, SupplyReading};
@@ -28,6 +28,9 @@ use super::source::Source;
 const CYCLES: [u32; 3] = [4_400, 4_800, 4_500];
 /// Temperature of the die, °C.
 const TEMPERATURE_C: f32 = 31.5;
+
+/// The build that the board says it is of.
+const BUILD: BuildId = BuildId([9, 8, 7, 6, 5, 4, 3, 2]);
 
 /// The parts of the board.
 pub struct Parts {
@@ -81,7 +84,7 @@ impl Parts {
         self.begin(FACTS.rates_hz[0], BlockSize::default());
         self.storage = Storage::new(self.flash.clone(), FACTS.flash, self.uid);
         block_on(self.storage.load()).unwrap();
-        block_on(self.storage.complete()).unwrap();
+        block_on(self.storage.complete(BUILD)).unwrap();
         self.track();
     }
 
@@ -234,6 +237,7 @@ impl Board for Parts {
             hardware: "fake board".try_into().unwrap(),
             reset: ResetCause::PowerOn,
             facts: FACTS,
+            build: Some(BUILD),
         }
     }
 
@@ -257,6 +261,7 @@ impl Board for Parts {
                 is_old: self.fault == Fault::OldSupply,
             },
             provisioned: self.storage.is_provisioned(),
+            key_damaged: self.storage.is_key_damaged(),
             resets: Resets::default(),
             stack: StackUse {
                 deepest: 6_000,

@@ -34,6 +34,7 @@ pub fn set(unix_s: u64) -> CoefficientSet {
         temperature_c: 31.5,
         provenance: sources().provenance(),
         ratiometric: Default::default(),
+        build: None,
         triads: [triad; 3],
         base: MotionBase::new(&geometry),
         jacks: JackCoefficients {

@@ -12,6 +12,7 @@ use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::StreamContent;
 use hexsense_core::wire::telemetry::Block;
 use hexsense_probe::capture::Gap;
+use hexsense_probe::cli::proven::Proven;
 use hexsense_probe::cli::{harmonics, history, info, log, show, status};
 use hexsense_probe::files::FileError;
 use hexsense_probe::interrupt::Interrupt;
@@ -45,14 +46,16 @@ pub fn run(data: &[u8]) {
         Ok(client) => client,
         Err(error) => return shown(&error.to_string()),
     };
+    // No board of random bytes has the key.
+    let proven = Proven::No("no key is at hand".to_owned());
     let text = match command % 16 {
-        0 => info::text(&mut client),
+        0 => info::text(&mut client, false, &proven),
         1 => status::text(&mut client, false),
         2 => status::text(&mut client, true).inspect(|text| document(text)),
-        3 => show::text(&mut client, false),
-        4 => show::text(&mut client, true).inspect(|text| document(text)),
-        5 => log::text(&mut client, false),
-        6 => log::text(&mut client, true).inspect(|text| document(text)),
+        3 => show::text(&mut client, false, &proven),
+        4 => show::text(&mut client, true, &proven).inspect(|text| document(text)),
+        5 => log::text(&mut client, false, &proven),
+        6 => log::text(&mut client, true, &proven).inspect(|text| document(text)),
         7 => history::text(&mut client, false),
         8 => history::text(&mut client, true).inspect(|text| document(text)),
         9 => harmonics::text(&mut client, 0, false),

@@ -9,7 +9,9 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use hexsense_core::facts::BoardFacts;
-use hexsense_core::records::{CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients};
+use hexsense_core::records::{
+    BuildId, CoefficientSet, JackCoefficients, MotionBase, TriadCoefficients,
+};
 use hexsense_core::sampling::BlockSize;
 use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::analysis::held_out::HeldOut;
@@ -106,6 +108,7 @@ fn board() -> BoardRecord {
             nominal_supply_v: 3.0,
             ..hexsense::FACTS
         },
+        build: None,
     }
 }
 
@@ -128,6 +131,7 @@ fn set(geometry: &GeometryFile) -> CoefficientSet {
         temperature_c: 27.3,
         provenance: std::array::from_fn(|index| index as u8),
         ratiometric: Default::default(),
+        build: Some(BuildId([0xb0, 0xb1, 0xb2, 0xb3, 0xb4, 0xb5, 0xb6, 0xb7])),
         triads: [triad(); 3],
         base: MotionBase::new(&geometry.geometry),
         jacks: JackCoefficients {

@@ -103,6 +103,7 @@ fn reading() -> Reading {
             write_protected: [None, Some((64, 127)), None, None],
         },
         supply_is_old: false,
+        key_damaged: false,
     };
     Reading {
         status,
