@@ -27,6 +27,7 @@ pub mod line;
 mod lockstep;
 mod missing;
 pub mod port;
+mod request_name;
 mod serial;
 mod stream;
 mod tcp;
