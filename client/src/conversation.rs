@@ -4,8 +4,6 @@
 //! request is sent again when its answer is lost. Changes (see [`super::change`]) and the commit of an upload (see
 //! [`super::upload`]) must not be carried out twice and are sent once.
 
-mod name;
-
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -16,8 +14,8 @@ use hexsense_core::wire::{PoseReport, Refusal, Request, Response, VERSION};
 use super::bounds;
 use super::error::{LinkError, ProtocolError};
 use super::line::{Content, FrameLine};
+use super::request_name::name;
 use super::transport::Transport;
-use name::name;
 
 /// How often a request is asked.
 pub const ATTEMPTS: u32 = 3;

@@ -29,6 +29,7 @@ mod lockstep;
 mod missing;
 pub mod port;
 pub mod proof;
+mod request_name;
 mod serial;
 mod stream;
 mod tcp;

@@ -22,6 +22,13 @@ use crate::sets::{encoded, numbered};
 /// Scans in a second.
 pub const RATE_HZ: u32 = 1_000;
 
+/// What the board streams.
+pub const CONTENT: StreamContent = StreamContent {
+    counts: true,
+    values: true,
+    pose: true,
+};
+
 /// What a host may have sent.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Heard {

@@ -5,9 +5,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::MOST_TIME;
 use crate::programs::Program;
 
+/// Every command ends within this time.
+pub const MOST_TIME: Duration = Duration::from_secs(60);
 /// How often a command is looked at.
 const LOOK: Duration = Duration::from_millis(2);
 

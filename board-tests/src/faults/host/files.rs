@@ -8,7 +8,6 @@ use std::path::Path;
 use geometries::PRESETS;
 
 use super::command::{Ended, Hexsense, Output};
-use super::hexsense;
 use super::server::{good_board, with_board};
 
 /// A hostile file.
@@ -187,4 +186,9 @@ fn key(folder: &Path, digits: &str, mode: u32) -> anyhow::Result<Ended> {
         &["rollback", "--key", "board.key", "07"],
         |_| {},
     )
+}
+
+/// `hexsense` with these arguments in `folder`.
+fn hexsense(folder: &Path, arguments: &[&str]) -> anyhow::Result<Ended> {
+    Hexsense::new(folder, arguments).run()
 }

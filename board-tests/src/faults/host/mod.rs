@@ -10,15 +10,12 @@ mod command;
 mod files;
 mod server;
 
-use std::path::Path;
 use std::time::Duration;
 
-use self::command::{Ended, Hexsense};
+use self::command::{Ended, MOST_TIME};
 use super::outcome::Outcome;
 use crate::folders;
 
-/// Every command ends within this time.
-const MOST_TIME: Duration = Duration::from_secs(60);
 /// Most memory of a command, KiB: it takes 12,000 to do its work, and a file of settings may add some.
 const MOST_KIB: u64 = 65_536;
 
@@ -87,9 +84,4 @@ impl Account {
             });
         }
     }
-}
-
-/// `hexsense` with these arguments in `folder`.
-fn hexsense(folder: &Path, arguments: &[&str]) -> anyhow::Result<Ended> {
-    Hexsense::new(folder, arguments).run()
 }

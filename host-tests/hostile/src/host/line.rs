@@ -5,10 +5,9 @@ use std::time::Duration;
 use hexsense_client::{Transport, TransportError};
 use hexsense_core::wire::{Kind, MAX_PAYLOAD, Request, frame};
 
-use super::CONTENT;
 use crate::frames::encoded;
 use crate::input::Input;
-use crate::liar::{self, Ear, Heard};
+use crate::liar::{self, CONTENT, Ear, Heard};
 
 /// The line to the board. It ends with the input.
 pub struct Line {

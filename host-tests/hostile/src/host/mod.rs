@@ -9,7 +9,6 @@ mod line;
 use hexsense_client::Client;
 use hexsense_core::records::SetId;
 use hexsense_core::sampling::BlockSize;
-use hexsense_core::wire::StreamContent;
 use hexsense_core::wire::telemetry::Block;
 use hexsense_probe::capture::Gap;
 use hexsense_probe::cli::proven::Proven;
@@ -27,13 +26,6 @@ use line::Line;
 
 /// Blocks of a recording.
 const BLOCKS: usize = 32;
-/// What the board streams.
-const CONTENT: StreamContent = StreamContent {
-    counts: true,
-    values: true,
-    pose: true,
-};
-
 /// Runs one command against one board.
 ///
 /// # Panics
@@ -109,7 +101,7 @@ fn record(client: &mut Client) -> anyhow::Result<String> {
     let streaming = Streaming {
         rate_hz: liar::RATE_HZ,
         block: BlockSize::One,
-        content: CONTENT,
+        content: liar::CONTENT,
     };
     let mut recorder = Recorder::start(client, streaming, &interrupt)?;
     recorder.begin(vec![Box::new(Judge::default())])?;
