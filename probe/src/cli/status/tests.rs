@@ -289,6 +289,7 @@ fn the_document_has_every_figure_under_its_key() {
         "in_calibrated_range": false,
         "tilt_approximate_rad": [0.125, -0.25],
         "provisioned": true,
+        "key_damaged": false,
         "set": {"id": "01020304050607ab", "sequence": 42},
         "start": {
             "cause": "watchdog",
