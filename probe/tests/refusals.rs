@@ -9,7 +9,7 @@ use fake::key::KEY;
 use fake::line::Line;
 use fake::set::{encoded, set};
 use fake::source::Still;
-use hexsense_client::{Client, LinkError, UploadError};
+use hexsense_client::{ChangeError, Client, LinkError, UploadError};
 use hexsense_core::wire::Refusal;
 use hexsense_core::wire::change::Key;
 use hexsense_core::wire::status::Events;
@@ -18,7 +18,7 @@ const OTHER_KEY: Key = Key([0x0D; 32]);
 
 fn refused(client: &mut Client, key: &Key) -> Refusal {
     match client.upload(&encoded(&set(1)), key) {
-        Err(UploadError::Refused(refusal)) => refusal,
+        Err(UploadError::Refused(ChangeError::Refused(refusal))) => refusal,
         other => panic!("{other:?}"),
     }
 }
