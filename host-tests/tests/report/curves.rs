@@ -164,6 +164,52 @@ fn command_pose_and_their_difference_are_in_millimetres_and_degrees() {
     }
 }
 
+/// Left, top, bottom and right of a frame, drawn as `M10 20V120H300`.
+fn frame(path: &str) -> [f64; 4] {
+    let numbers = path
+        .split(['M', ' ', 'V', 'H'])
+        .filter(|part| !part.is_empty());
+    let numbers: Vec<f64> = numbers.map(|part| part.parse().unwrap()).collect();
+    numbers.try_into().unwrap()
+}
+
+#[test]
+fn panels_stand_inside_their_figure_and_none_covers_another() {
+    let document = parsed(&SMALL_PAGE);
+    let mut seen = 0;
+    for figure in elements(&document, "svg") {
+        let size: Vec<f64> = figure
+            .attribute("viewBox")
+            .unwrap()
+            .split(' ')
+            .map(number)
+            .collect();
+        let paths = figure
+            .descendants()
+            .filter(|node| node.attribute("class") == Some("frame"));
+        let frames: Vec<[f64; 4]> = paths
+            .map(|path| frame(path.attribute("d").unwrap()))
+            .collect();
+        for (place, [left, top, bottom, right]) in frames.iter().enumerate() {
+            assert!(
+                0.0 <= *left && left < right && *right <= size[2],
+                "{frames:?}"
+            );
+            assert!(
+                0.0 <= *top && top < bottom && *bottom <= size[3],
+                "{frames:?}"
+            );
+            for [other_left, other_top, other_bottom, other_right] in &frames[..place] {
+                let beside = right <= other_left || left >= other_right;
+                let above = bottom <= other_top || top >= other_bottom;
+                assert!(beside || above, "{frames:?}");
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "{seen} panels");
+}
+
 #[test]
 fn errors_on_the_holds_are_dots_of_their_run_in_the_order_of_time() {
     let figures = drawn("on the 5 holds");

@@ -213,10 +213,13 @@ fn residuals(movements: &Movements, followings: &[Option<Following>]) -> Check {
             let places = names
                 .iter()
                 .map(|name| format!("{name} in run {}", run_of(name)));
-            format!(
-                "{} leaves its program: see whether its transducer slips or its plug is loose, and repeat the run",
-                places.collect::<Vec<_>>().join(", ")
-            )
+            let places = places.collect::<Vec<_>>().join(", ");
+            let cause = if names.len() > JACKS / 2 {
+                "most jacks leave their programs: was the right program loaded"
+            } else {
+                "a jack leaves its program: does its transducer slip, or is its plug loose"
+            };
+            format!("{cause}? Repeat the run ({places})")
         },
     )
 }

@@ -283,3 +283,46 @@ pub enum Sample {
     /// A square dot.
     Square,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_of_an_axis_stands_left_of_the_middle_of_its_panel() {
+        let scale = Scale::between(0.0, 1.0, 3);
+        let panel = Panel {
+            left: 80.0,
+            top: 30.0,
+            width: 400.0,
+            height: 200.0,
+            x: &scale,
+            y: &scale,
+        };
+        let mut drawing = Drawing::new("figure", 300.0);
+        drawing.y_title(&panel, 50.0, "m/s²");
+        let middle = "transform=\"translate(30.0 130.0) rotate(-90)\">m/s²</text>";
+        assert!(drawing.body.ends_with(middle), "{}", drawing.body);
+    }
+
+    #[test]
+    fn entries_of_a_legend_stand_side_by_side_with_room_for_their_letters() {
+        let mut drawing = Drawing::new("figure", 300.0);
+        let entries = [
+            (Sample::Line, "a", "milliwatt"),
+            (Sample::Band, "b", "xyz"),
+            (Sample::Line, "c", ""),
+        ];
+        drawing.legend(10.0, 14.0, &entries);
+        // m and w are 10 pixels wide, i, l and t 3.7, a and the others 6.7; 52 pixels are beside the letters.
+        let second = 10.0 + 52.0 + 2.0 * 10.0 + 6.0 * 3.7 + 6.7;
+        let third = second + 52.0 + 3.0 * 6.7;
+        for place in [
+            format!("M10.0 10.0H34.0"),
+            format!("<rect class=\"band b\" x=\"{second:.1}\""),
+            format!("M{third:.1} 10.0"),
+        ] {
+            assert!(drawing.body.contains(&place), "{place}: {}", drawing.body);
+        }
+    }
+}
