@@ -101,11 +101,12 @@ impl<B: Board> Server<B> {
                     Some(request) => self.decide(request, sequence),
                     None => Err(Refusal::Malformed),
                 };
-                match outcome {
+                // By reference: the compiler moves an answer field by field.
+                match &outcome {
                     Ok(None) => None,
-                    Ok(Some(answer)) => self.encode(&answer, sequence, out),
+                    Ok(Some(answer)) => self.encode(answer, sequence, out),
                     Err(refusal) => {
-                        let answer = Response::Refused(refusal);
+                        let answer = Response::Refused(*refusal);
                         self.count_refusal(&answer, |events| &mut events.requests_refused);
                         self.encode(&answer, sequence, out)
                     }
