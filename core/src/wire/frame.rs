@@ -137,8 +137,9 @@ pub(super) fn encode_message(
 
 /// Decodes a message that takes all of the payload.
 pub(super) fn decode_message<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Option<T> {
-    let (message, rest) = postcard::take_from_bytes(payload).ok()?;
-    rest.is_empty().then_some(message)
+    let mut from = postcard::Deserializer::from_bytes(payload);
+    let message = T::deserialize(&mut from).ok();
+    message.filter(|_| from.finalize().is_ok_and(<[u8]>::is_empty))
 }
 
 /// Decodes a frame in place; `bytes` are those between two zeros, without them.
