@@ -291,7 +291,9 @@ impl<B: Board> Server<B> {
         let tilt = self
             .board
             .path(|path| path.queue.latest_values().map(tilt::sums));
-        let health = self.board.health();
+        let mut health = self.board.health();
+        // Not with the rest of the struct behind `..`: the compiler copies that field by field.
+        health.events.blocks_dropped = dropped;
         let supply = health.supply;
         let calibrated_c = self.board.calibrated_at_c();
         let in_calibrated_range = calibrated_c.is_some_and(|then| {
@@ -303,10 +305,7 @@ impl<B: Board> Server<B> {
             scans: progress.scans(),
             block: progress.block,
             first_lost_scan: progress.first_lost,
-            events: Events {
-                blocks_dropped: dropped,
-                ..health.events
-            },
+            events: health.events,
             first_with_set_ms,
             path_cycles,
             analysers,
