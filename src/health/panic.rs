@@ -15,9 +15,10 @@
 //! `r7`, its caller's `r7` and its own return address.
 
 use core::arch::asm;
+use core::array;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
-use core::ptr::addr_of_mut;
+use core::ptr::{addr_of, addr_of_mut};
 
 use cortex_m_rt::exception;
 use hexsense_core::server::board::PanicMessage as Message;
@@ -42,15 +43,27 @@ pub fn take() -> Option<Message> {
     let record = addr_of_mut!(RECORD).cast::<Record>();
     // SAFETY: called once, before any task runs, and a panic never returns, so there is no other reference. Every bit
     // pattern is a valid `Record`; it is read volatile, because the compiler knows of no write to it.
-    let kept = unsafe {
-        let kept = record.read_volatile();
-        addr_of_mut!((*record).magic).write_volatile(0);
-        kept
+    let (magic, complement, length) = unsafe {
+        (
+            addr_of!((*record).magic).read_volatile(),
+            addr_of!((*record).complement).read_volatile(),
+            addr_of!((*record).length).read_volatile(),
+        )
     };
-    if kept.magic != MAGIC || kept.complement != !MAGIC {
+    // SAFETY: as above. Byte for byte in a loop: of the whole record the compiler makes a load and a store for each byte,
+    // which take a kilobyte of flash.
+    let text: [u8; MAX_MESSAGE] = array::from_fn(|at| unsafe {
+        addr_of!((*record).text)
+            .cast::<u8>()
+            .add(at)
+            .read_volatile()
+    });
+    // SAFETY: as above.
+    unsafe { addr_of_mut!((*record).magic).write_volatile(0) };
+    if magic != MAGIC || complement != !MAGIC {
         return None;
     }
-    let text = kept.text.get(..kept.length as usize)?;
+    let text = text.get(..length as usize)?;
     let mut message = Message::new();
     for chunk in text.utf8_chunks() {
         message.push_str(chunk.valid()).ok()?;

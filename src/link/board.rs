@@ -64,12 +64,12 @@ impl Board for LinkBoard {
     }
 
     fn health(&mut self) -> Health {
+        // Not with the rest of the struct behind `..`: the compiler copies that field by field.
+        let mut events = counters::all();
+        events.torn_words = flash_errors::torn_words();
         Health {
             uptime_ms: Instant::now().as_millis(),
-            events: Events {
-                torn_words: flash_errors::torn_words(),
-                ..counters::all()
-            },
+            events,
             supply: self.supply.try_get().unwrap_or(SupplyReading::NONE),
             provisioned: self.shared.provisioned.load(Ordering::Relaxed),
             key_damaged: self.shared.key_damaged.load(Ordering::Relaxed),

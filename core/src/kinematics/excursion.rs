@@ -87,7 +87,9 @@ impl<T: RealField + Copy> Home<T> {
         };
         let jacks = by_coordinate(&|k, axis| jack(k, axis).0);
         let errors = by_coordinate(&|k, axis| jack(k, axis).1);
-        let moment = cross(&upper, &jacks);
+        // The cross product in a loop, which leaves the code small: a home is made seldom.
+        let moment =
+            [(1, 2), (2, 0), (0, 1)].map(|(a, b)| upper[a] * jacks[b] - upper[b] * jacks[a]);
         let order = Rows {
             direction: jacks,
             moment,

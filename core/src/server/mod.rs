@@ -101,11 +101,12 @@ impl<B: Board> Server<B> {
                     Some(request) => self.decide(request, sequence),
                     None => Err(Refusal::Malformed),
                 };
-                match outcome {
+                // By reference: the compiler moves an answer field by field.
+                match &outcome {
                     Ok(None) => None,
-                    Ok(Some(answer)) => self.encode(&answer, sequence, out),
+                    Ok(Some(answer)) => self.encode(answer, sequence, out),
                     Err(refusal) => {
-                        let answer = Response::Refused(refusal);
+                        let answer = Response::Refused(*refusal);
                         self.count_refusal(&answer, |events| &mut events.requests_refused);
                         self.encode(&answer, sequence, out)
                     }
@@ -290,7 +291,9 @@ impl<B: Board> Server<B> {
         let tilt = self
             .board
             .path(|path| path.queue.latest_values().map(tilt::sums));
-        let health = self.board.health();
+        let mut health = self.board.health();
+        // Not with the rest of the struct behind `..`: the compiler copies that field by field.
+        health.events.blocks_dropped = dropped;
         let supply = health.supply;
         let calibrated_c = self.board.calibrated_at_c();
         let in_calibrated_range = calibrated_c.is_some_and(|then| {
@@ -302,10 +305,7 @@ impl<B: Board> Server<B> {
             scans: progress.scans(),
             block: progress.block,
             first_lost_scan: progress.first_lost,
-            events: Events {
-                blocks_dropped: dropped,
-                ..health.events
-            },
+            events: health.events,
             first_with_set_ms,
             path_cycles,
             analysers,

@@ -11,11 +11,10 @@ const HEADER: usize = 3;
 const TRAILER: usize = 4;
 /// Longest payload of a frame, bytes.
 pub const MAX_PAYLOAD: usize = 1_152;
+/// Longest message before COBS, bytes.
+const MAX_MESSAGE: usize = HEADER + MAX_PAYLOAD + TRAILER;
 /// Longest frame on the line, bytes: COBS adds one byte in 254 and one more, and the closing zero follows.
-pub const MAX_FRAME: usize = {
-    let message = HEADER + MAX_PAYLOAD + TRAILER;
-    message + message / 254 + 2
-};
+pub const MAX_FRAME: usize = MAX_MESSAGE + MAX_MESSAGE / 254 + 2;
 
 /// The content of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,14 +102,28 @@ pub fn encode(
     out: &mut [u8],
     fill: impl FnOnce(&mut [u8]) -> Option<usize>,
 ) -> Result<usize, FrameError> {
-    let mut message = [0; HEADER + MAX_PAYLOAD + TRAILER];
-    message[0] = kind as u8;
-    message[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
-    let length = fill(&mut message[HEADER..HEADER + MAX_PAYLOAD])
+    let mut message = [0; MAX_MESSAGE];
+    let length = fill(&mut message[HEADER..HEADER + MAX_PAYLOAD]);
+    close(kind, sequence, &mut message, length, out)
+}
+
+/// Puts header and checksum around a payload of `length` bytes, and encodes the whole. It is apart from [`encode`], of
+/// which the firmware has one for each kind of payload.
+#[inline(never)]
+fn close(
+    kind: Kind,
+    sequence: u16,
+    message: &mut [u8; MAX_MESSAGE],
+    length: Option<usize>,
+    out: &mut [u8],
+) -> Result<usize, FrameError> {
+    let length = length
         .filter(|length| *length <= MAX_PAYLOAD)
         .ok_or(FrameError::Long {
             length: MAX_PAYLOAD + 1,
         })?;
+    message[0] = kind as u8;
+    message[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
     let body = HEADER + length;
     let sum = checksum(&message[..body]);
     message[body..body + TRAILER].copy_from_slice(&sum.to_le_bytes());
@@ -137,8 +150,9 @@ pub(super) fn encode_message(
 
 /// Decodes a message that takes all of the payload.
 pub(super) fn decode_message<'p, T: Deserialize<'p>>(payload: &'p [u8]) -> Option<T> {
-    let (message, rest) = postcard::take_from_bytes(payload).ok()?;
-    rest.is_empty().then_some(message)
+    let mut from = postcard::Deserializer::from_bytes(payload);
+    let message = T::deserialize(&mut from).ok();
+    message.filter(|_| from.finalize().is_ok_and(<[u8]>::is_empty))
 }
 
 /// Decodes a frame in place; `bytes` are those between two zeros, without them.

@@ -112,6 +112,7 @@ pub enum Request {
     /// afterwards → [`Response::Proof`]; [`Refusal::Busy`] within 10 ms of the proof before.
     Prove {
         /// Random bytes of the host.
+        #[serde(deserialize_with = "crate::bytes::read")]
         challenge: ProofChallenge,
     },
 }
