@@ -103,6 +103,17 @@ pub fn encode(
     out: &mut [u8],
     fill: impl FnOnce(&mut [u8]) -> Option<usize>,
 ) -> Result<usize, FrameError> {
+    let mut fill = Some(fill);
+    encode_filled(kind, sequence, out, &mut |payload| fill.take()?(payload))
+}
+
+/// Does the work of [`encode`], of which the firmware would have one for each kind of payload.
+fn encode_filled(
+    kind: Kind,
+    sequence: u16,
+    out: &mut [u8],
+    fill: &mut dyn FnMut(&mut [u8]) -> Option<usize>,
+) -> Result<usize, FrameError> {
     let mut message = [0; HEADER + MAX_PAYLOAD + TRAILER];
     message[0] = kind as u8;
     message[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
