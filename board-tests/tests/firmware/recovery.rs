@@ -247,7 +247,9 @@ fn a_storage_that_waits_for_its_flash_is_bitten_by_the_watchdog() -> anyhow::Res
     let line = &mut board.line;
     run_until_s(line, RESET_S)?;
     let key_holder = KeyHolder::of(line)?;
-    let request = key_holder.tagged(line, Act::Provision(key_holder.key.clone()))?;
+    let mut other = key_holder.key.clone();
+    other.0[0] ^= 1;
+    let request = key_holder.tagged(line, Act::Provision(other))?;
     line.send(&request)?;
     sampling(line, RESET_S, 3.0)?.assert_bitten("storage", BITE_S + LIMIT_S);
     Ok(())

@@ -11,10 +11,11 @@ const HEADER: usize = 3;
 const TRAILER: usize = 4;
 /// Longest payload of a frame, bytes.
 pub const MAX_PAYLOAD: usize = 1_152;
-/// Longest message before COBS, bytes.
-const MAX_MESSAGE: usize = HEADER + MAX_PAYLOAD + TRAILER;
 /// Longest frame on the line, bytes: COBS adds one byte in 254 and one more, and the closing zero follows.
-pub const MAX_FRAME: usize = MAX_MESSAGE + MAX_MESSAGE / 254 + 2;
+pub const MAX_FRAME: usize = {
+    let message = HEADER + MAX_PAYLOAD + TRAILER;
+    message + message / 254 + 2
+};
 
 /// The content of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,28 +103,25 @@ pub fn encode(
     out: &mut [u8],
     fill: impl FnOnce(&mut [u8]) -> Option<usize>,
 ) -> Result<usize, FrameError> {
-    let mut message = [0; MAX_MESSAGE];
-    let length = fill(&mut message[HEADER..HEADER + MAX_PAYLOAD]);
-    close(kind, sequence, &mut message, length, out)
+    let mut fill = Some(fill);
+    encode_filled(kind, sequence, out, &mut |payload| fill.take()?(payload))
 }
 
-/// Puts header and checksum around a payload of `length` bytes, and encodes the whole. It is apart from [`encode`], of
-/// which the firmware has one for each kind of payload.
-#[inline(never)]
-fn close(
+/// Does the work of [`encode`], of which the firmware would have one for each kind of payload.
+fn encode_filled(
     kind: Kind,
     sequence: u16,
-    message: &mut [u8; MAX_MESSAGE],
-    length: Option<usize>,
     out: &mut [u8],
+    fill: &mut dyn FnMut(&mut [u8]) -> Option<usize>,
 ) -> Result<usize, FrameError> {
-    let length = length
+    let mut message = [0; HEADER + MAX_PAYLOAD + TRAILER];
+    message[0] = kind as u8;
+    message[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
+    let length = fill(&mut message[HEADER..HEADER + MAX_PAYLOAD])
         .filter(|length| *length <= MAX_PAYLOAD)
         .ok_or(FrameError::Long {
             length: MAX_PAYLOAD + 1,
         })?;
-    message[0] = kind as u8;
-    message[1..HEADER].copy_from_slice(&sequence.to_le_bytes());
     let body = HEADER + length;
     let sum = checksum(&message[..body]);
     message[body..body + TRAILER].copy_from_slice(&sum.to_le_bytes());
