@@ -17,7 +17,7 @@
 //! command is answered exactly once.
 
 use core::cell::Cell;
-use core::sync::atomic::AtomicBool;
+use core::sync::atomic::{AtomicBool, AtomicU32};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -77,6 +77,8 @@ pub struct Shared {
     pub active: Watch<Guard, Option<Active>, 2>,
     /// Whether the board has a key: storage to link.
     pub provisioned: AtomicBool,
+    /// Places of the log that are used, `u32::MAX` for a flash of something else: storage to link.
+    pub log_used: AtomicU32,
     /// Identity of the firmware, once it is computed: storage to link.
     pub build: Mutex<Guard, Cell<Option<BuildId>>>,
     /// Base of the active set, once there was one: storage to pose and harmonics.
@@ -104,6 +106,7 @@ impl Shared {
             supply: Watch::new(),
             active: Watch::new(),
             provisioned: AtomicBool::new(false),
+            log_used: AtomicU32::new(0),
             build: Mutex::new(Cell::new(None)),
             base: Watch::new(),
             jacks: Signal::new(),

@@ -43,17 +43,17 @@ pub async fn store(
     let mut storage = Storage::new(region, FACTS.flash, board);
     let mut published = None;
     let loaded = storage.load().await;
-    publish(&storage, &mut published, shared);
+    publish(&mut storage, &mut published, shared);
     let build = identity::build().await;
     shared.build.lock(|known| known.set(Some(build)));
     if loaded.is_err() {
         defmt::error!("storage cannot read its flash");
-    } else if storage.complete().await.is_err() {
+    } else if storage.complete(build).await.is_err() {
         defmt::error!("storage cannot complete a change");
     }
     let mut random = Rng::new(random, Irqs);
     loop {
-        publish(&storage, &mut published, shared);
+        publish(&mut storage, &mut published, shared);
         shared.alive.storage.signal(());
         if let Ok(command) = with_timeout(STORAGE_HEARTBEAT, shared.to_storage.receive()).await {
             let now_ms = Instant::now().as_millis();
@@ -63,7 +63,7 @@ pub async fn store(
                 .carry_out(command, now_ms, fill)
                 .await
                 .unwrap_or_else(Response::Refused);
-            publish(&storage, &mut published, shared);
+            publish(&mut storage, &mut published, shared);
             shared.answers.send(answer).await;
         }
     }
@@ -71,13 +71,16 @@ pub async fn store(
 
 /// Gives the active set to the tasks that use it, when it is not the one that was `published`.
 fn publish(
-    storage: &Storage<Bank2Region<'static>>,
+    storage: &mut Storage<Bank2Region<'static>>,
     published: &mut Option<SetId>,
     shared: &Shared,
 ) {
     shared
         .provisioned
         .store(storage.is_provisioned(), Ordering::Relaxed);
+    shared
+        .log_used
+        .store(storage.log_used().unwrap_or(u32::MAX), Ordering::Relaxed);
     let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {

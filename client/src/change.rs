@@ -11,8 +11,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hexsense_core::authority;
 use hexsense_core::records::SetId;
-use hexsense_core::records::log::{Entry, Reason};
-use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::records::log::Entry;
+use hexsense_core::wire::change::{Act, Change, Key, Tag};
+use hexsense_core::wire::log::{Nonce, Volume};
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use hexsense_core::wire::{Refusal, Request, Response};
 
@@ -89,6 +90,14 @@ impl Client {
         Ok(kept)
     }
 
+    /// Closes the log's volume whose last entry has this counter, and begins the next.
+    ///
+    /// # Errors
+    /// [`ChangeError`].
+    pub fn new_volume(&mut self, key: &Key, last: u32) -> Result<(), ChangeError> {
+        self.change(key, Act::NewVolume { last }).map(drop)
+    }
+
     /// The sets that the board keeps, newest first.
     ///
     /// # Errors
@@ -119,6 +128,18 @@ impl Client {
                 Some(entry) if (next..last).contains(&entry.counter) => next = entry.counter + 1,
                 _ => return Ok(log),
             }
+        }
+    }
+
+    /// The log's volume, signed by the board with its key over this number.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn log_proof(&mut self, nonce: Nonce) -> Result<(Volume, Tag), LinkError> {
+        let request = Request::LogProof { nonce };
+        match self.conversation.ask(&request)? {
+            Response::LogProof { volume, mac } => Ok((volume, mac)),
+            _ => Err(answer_error(&request)),
         }
     }
 
@@ -163,7 +184,7 @@ impl Client {
     /// Sends a change once; `None` when its answer was lost and the log shows that the change was made.
     fn change(&mut self, key: &Key, act: Act) -> Result<Option<Response>, ChangeError> {
         let unix_s = unix_now();
-        let reason = reason(&act);
+        let reason = act.reason();
         let change = Change { unix_s, act };
         let (last, _) = self.log_page(u32::MAX).map_err(ChangeError::before)?;
         let start = self.now();
@@ -184,15 +205,5 @@ impl Client {
         }
         let silent = self.conversation.silent(&request, 1, start);
         Err(ChangeError::Before(silent.into()))
-    }
-}
-
-/// The reason that a change has in the log.
-fn reason(act: &Act) -> Reason {
-    match act {
-        Act::Upload { .. } => Reason::Upload,
-        Act::Rollback(_) => Reason::Rollback,
-        Act::FactoryReset => Reason::FactoryReset,
-        Act::Provision(_) => Reason::Provision,
     }
 }

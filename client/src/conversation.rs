@@ -293,6 +293,7 @@ fn name(request: &Request) -> &'static str {
         Request::ActiveSet => "active set",
         Request::ReadSet { .. } => "bytes of the set",
         Request::History { .. } => "history of sets",
+        Request::LogProof { .. } => "log proof",
         Request::Log { .. } => "log of changes",
         Request::Challenge => "challenge",
         Request::Change { .. } => "change",

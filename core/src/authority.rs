@@ -6,11 +6,13 @@
 //! that tries.
 
 use hmac::{Hmac, KeyInit, Mac};
-use sha2::{Digest, Sha256};
+use sha2::Sha256;
 
+use crate::checksum::sha256;
 use crate::records::key::Key;
 use crate::wire::Refusal;
 use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::log::{Nonce, Volume};
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;
@@ -30,17 +32,33 @@ pub fn tag(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) 
         .into()
 }
 
+/// Signature of a log's volume by the board with unique id `board`.
+#[must_use]
+pub fn log_mac(key: &Key, nonce: &Nonce, board: &[u8; 12], volume: &Volume) -> Tag {
+    let mut signed = *b"hexsense log................................";
+    signed[12..16].copy_from_slice(&volume.first.to_le_bytes());
+    signed[16..20].copy_from_slice(&volume.last.to_le_bytes());
+    signed[20..36].copy_from_slice(&volume.head);
+    signed[36..].copy_from_slice(&volume.build.0);
+    let mac = keyed(key, nonce, board, &signed);
+    mac.finalize().into_bytes().into()
+}
+
 fn mac(key: &Key, challenge: &Challenge, board: &[u8; 12], change: &Change) -> Hmac<Sha256> {
-    // A key shorter than a block of the hash is filled up with zeros (RFC 2104).
-    let mut block = [0; 64];
-    block[..key.0.len()].copy_from_slice(&key.0);
     let mut encoded = [0; MAX_CHANGE];
     // A change always fits. If it did not, its digest would be that of no bytes, which no other change has.
     let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
+    keyed(key, challenge, board, encoded)
+}
+
+fn keyed(key: &Key, fresh: &[u8], board: &[u8; 12], signed: &[u8]) -> Hmac<Sha256> {
+    // A key shorter than a block of the hash is filled up with zeros (RFC 2104).
+    let mut block = [0; 64];
+    block[..key.0.len()].copy_from_slice(&key.0);
     let mut mac = Hmac::<Sha256>::new(&block.into());
-    mac.update(challenge);
+    mac.update(fresh);
     mac.update(board);
-    mac.update(&Sha256::digest(encoded));
+    mac.update(&sha256(signed));
     mac
 }
 

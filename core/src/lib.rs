@@ -21,7 +21,7 @@
 //! | [`storage`] | changes of them, whole or not at all, each with its entry in the log |
 //! | [`sample_path`] | a block of scans → values, sums, and the queue of the link |
 //! | [`server`] | the answer to each request, and the stream |
-//! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
+//! | [`checksum`](mod@checksum) | CRC-32 of records and frames, SHA-256 |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
 //! Frames, angles and words are those of GOST 20058-80: X forward, Y up, Z right; see [`kinematics`].

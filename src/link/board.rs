@@ -74,6 +74,10 @@ impl Board for LinkBoard {
             resets: self.origin.resets,
             stack: stack::usage(),
             panic: self.origin.panic.clone(),
+            log_used: match self.shared.log_used.load(Ordering::Relaxed) {
+                u32::MAX => None,
+                used => Some(used),
+            },
         }
     }
 

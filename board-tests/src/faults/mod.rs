@@ -10,6 +10,7 @@
 //! | `recovery` | resets, hangs, jumps into nothing, stack overflows; and the `soak`, an hour of all these |
 //! | `authority` | changes without the right tag |
 //! | `audit` | the log after every one of the power cuts |
+//! | `log` | levels of the log, altered entries, forged exports, a flash of something else |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -18,6 +19,7 @@ mod captures;
 mod counted;
 mod gaps;
 mod hostile;
+mod log;
 mod no_loss;
 mod outcome;
 mod power_cut;
@@ -51,7 +53,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 7] = [
+const PROMISES: [&str; 8] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -59,6 +61,7 @@ const PROMISES: [&str; 7] = [
     "recovery",
     "authority",
     "audit",
+    "log",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -109,6 +112,7 @@ struct Size {
     flood_s: u64,
     resets: u64,
     forgeries: u64,
+    altered: u64,
     soak_s: u64,
 }
 
@@ -122,6 +126,7 @@ impl Size {
         flood_s: 45,
         resets: 12,
         forgeries: 80,
+        altered: 60,
         soak_s: 3_600,
     };
     const SHORT: Self = Self {
@@ -133,6 +138,7 @@ impl Size {
         flood_s: 2,
         resets: 1,
         forgeries: 5,
+        altered: 6,
         soak_s: 40,
     };
 }
@@ -177,6 +183,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["authority"], move || {
             authority::forge(seed, size.forgeries)
         }),
+        Trial::one(&["log"], move || log::attack(seed, size.altered)),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["counted"], move || captures::record(seed, size.counts)),
         Trial::one(&["no_loss"], move || {

@@ -102,6 +102,8 @@ pub struct Health {
     pub stack: StackUse,
     /// Message of a panic before the start.
     pub panic: Option<PanicMessage>,
+    /// Places of the log's volume that are used; `None` for a flash of something else.
+    pub log_used: Option<u32>,
 }
 
 /// A smoothed reading of supply and temperature.

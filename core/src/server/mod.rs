@@ -153,6 +153,7 @@ impl<B: Board> Server<B> {
             Request::ReadSet { offset } => Command::Storage(StorageCommand::Read(offset)),
             Request::History { age } => Command::Storage(StorageCommand::History(age)),
             Request::Log { counter } => Command::Storage(StorageCommand::Log(counter)),
+            Request::LogProof { nonce } => Command::Storage(StorageCommand::LogProof(nonce)),
             Request::Challenge => Command::Storage(StorageCommand::Challenge),
             Request::Change { change, tag } => {
                 Command::Storage(StorageCommand::Change(change, tag))
@@ -293,6 +294,7 @@ impl<B: Board> Server<B> {
             resets: health.resets,
             stack: health.stack,
             panic: health.panic,
+            log_used: health.log_used,
         }
     }
 

@@ -9,6 +9,7 @@
 //!                               rollback ──────────────────▶ log
 //!                               factory reset ─────────────▶ log ──▶ archive erased
 //!                               provision ─────────────────▶ key ──▶ log
+//!                               new volume ────────────────▶ log
 //! ```
 //!
 //! The first step of each change decides. When the power goes between the two steps, the next start carries out the
@@ -24,12 +25,15 @@ mod upload;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use self::upload::Upload;
-use crate::authority::Authority;
+use crate::authority::{self, Authority};
 use crate::facts::FlashLayout;
 use crate::records::key::{KeyPages, StoredKey};
 use crate::records::log::{End, Entry, Log, Reason};
-use crate::records::{Archive, ArchiveError, CoefficientSet, History, MAX_ENCODED, SetId, Stored};
+use crate::records::{
+    Archive, ArchiveError, BuildId, CoefficientSet, History, MAX_ENCODED, SetId, Stored,
+};
 use crate::wire::change::{Challenge, Change, Tag};
+use crate::wire::log::{Nonce, Volume};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
@@ -47,6 +51,8 @@ pub enum StorageCommand {
     History(u8),
     /// Entries of the log from this counter on.
     Log(u32),
+    /// A proof of the log over this number of the host's.
+    LogProof(Nonce),
     /// A challenge.
     Challenge,
     /// A change, with its tag.
@@ -69,16 +75,38 @@ pub struct Active {
     slot: u8,
 }
 
+/// What an entry of the log says of a change.
+#[derive(Debug, Clone, Copy)]
+struct Made {
+    reason: Reason,
+    id: Option<SetId>,
+    unix_s: u64,
+}
+
+impl Made {
+    fn of(entry: &Entry) -> Self {
+        Self {
+            reason: entry.reason,
+            id: entry.id,
+            unix_s: entry.unix_s,
+        }
+    }
+}
+
 /// The storage; owns the flash.
 pub struct Storage<F: NorFlash> {
     flash: F,
     layout: FlashLayout,
     board: [u8; 12],
+    /// The firmware; zeros until the start is complete.
+    build: BuildId,
     end: End,
-    /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
-    unlogged: Option<Entry>,
+    /// A change that is made and not logged: the power went in between, or the flash failed.
+    unlogged: Option<Made>,
     /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
+    /// Whether the flash had no record at the start and is not erased.
+    is_foreign: bool,
     key: Option<StoredKey>,
     active: Option<Active>,
     authority: Authority,
@@ -92,9 +120,11 @@ impl<F: NorFlash> Storage<F> {
             flash,
             layout,
             board,
+            build: BuildId::default(),
             end: End::default(),
             unlogged: None,
             is_outdated: false,
+            is_foreign: false,
             key: None,
             active: None,
             authority: Authority::default(),
@@ -130,8 +160,9 @@ impl<F: NorFlash> Storage<F> {
                 self.active.as_ref().map(|active| active.set),
             )),
             StorageCommand::Read(offset) => self.read(offset),
-            StorageCommand::History(age) => self.history(age).await,
-            StorageCommand::Log(counter) => self.entries(counter).await,
+            StorageCommand::History(age) => self.history(age),
+            StorageCommand::Log(counter) => self.entries(counter),
+            StorageCommand::LogProof(nonce) => self.prove_log(&nonce),
             StorageCommand::Challenge => {
                 let mut challenge = [0; 16];
                 if !random(&mut challenge).await {
@@ -165,8 +196,8 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::SetBytes { offset, bytes })
     }
 
-    async fn history(&mut self, age: u8) -> Result<Response, Refusal> {
-        let history = self.kept().await?;
+    fn history(&mut self, age: u8) -> Result<Response, Refusal> {
+        let history = self.kept()?;
         Ok(Response::Kept(history.get(usize::from(age)).map(
             |stored| Kept {
                 sequence: stored.entry.counter,
@@ -179,32 +210,56 @@ impl<F: NorFlash> Storage<F> {
     }
 
     /// The sets since the last factory reset.
-    async fn kept(&mut self) -> Result<History, Refusal> {
-        let reset = self.end.reset;
-        self.archive().history(reset).await.map_err(refusal)
+    fn kept(&mut self) -> Result<History, Refusal> {
+        let reset = self.end.reset();
+        self.archive().history(reset).map_err(refusal)
     }
 
-    async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
-        let end = self.end;
-        let entries = self.log().entries(&end, counter).await;
-        Ok(Response::Log {
-            last: end.last_counter(),
-            entries: entries.map_err(|_| Refusal::Flash)?,
-        })
+    fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
+        let (mut log, end) = self.log();
+        let last = end.last_counter();
+        let entries = log.entries(end, counter).map_err(|_| Refusal::Flash)?;
+        Ok(Response::Log { last, entries })
     }
 
+    /// Places of the log's volume that are used; `None` when the flash has no record of this firmware and is not erased.
+    #[must_use]
+    pub fn log_used(&mut self) -> Option<u32> {
+        let is_foreign = self.is_foreign;
+        let (log, end) = self.log();
+        (!is_foreign || end.last.is_some()).then(|| log.used(end))
+    }
+
+    /// The log's volume, signed with the key.
+    fn prove_log(&self, nonce: &Nonce) -> Result<Response, Refusal> {
+        let key = &self.key.as_ref().ok_or(Refusal::Unprovisioned)?.key;
+        let volume = Volume {
+            first: self.end.first,
+            last: self.end.last_counter(),
+            head: self.end.head(),
+            build: self.build,
+        };
+        let mac = authority::log_mac(key, nonce, &self.board, &volume);
+        Ok(Response::LogProof { volume, mac })
+    }
+
+    /// The next entry of the log.
     fn entry(&self, reason: Reason, id: Option<SetId>, unix_s: u64) -> Entry {
         Entry {
             counter: self.end.next_counter(),
             reason,
             unix_s,
             id,
-            previous: self.active_id(),
+            previous: self.end.last.and_then(|last| last.id),
+            build: self.build,
+            chain: self.end.head(),
+            reset: self.end.reset(),
+            page: self.end.page(),
         }
     }
 
-    async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
-        let set = self.archive().read(stored.slot).await.map_err(refusal)?;
+    fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
+        let set = self.archive().read(stored.slot).map_err(refusal)?;
         set.ok_or(Refusal::Flash)
     }
 
@@ -238,8 +293,10 @@ impl<F: NorFlash> Storage<F> {
         KeyPages::new(&mut self.flash, self.layout.key())
     }
 
-    fn log(&mut self) -> Log<&mut F> {
-        Log::new(&mut self.flash, self.layout.log())
+    /// The log, and its end.
+    fn log(&mut self) -> (Log<&mut F>, &mut End) {
+        let log = Log::new(&mut self.flash, self.layout.log());
+        (log, &mut self.end)
     }
 }
 
@@ -247,6 +304,6 @@ fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
         ArchiveError::OtherBoard => Refusal::OtherBoard,
-        ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
+        ArchiveError::Flash(_) | ArchiveError::Read | ArchiveError::ReadBack => Refusal::Flash,
     }
 }

@@ -2,9 +2,9 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::{Storage, refusal};
-use crate::records::Stored;
-use crate::records::log::{Entry, Reason};
+use super::{Made, Storage, refusal};
+use crate::records::log::Reason;
+use crate::records::{BuildId, Stored};
 use crate::wire::Refusal;
 
 impl<F: NorFlash> Storage<F> {
@@ -14,57 +14,56 @@ impl<F: NorFlash> Storage<F> {
     /// # Errors
     /// [`Refusal::Flash`] when the flash cannot be read.
     pub async fn load(&mut self) -> Result<(), Refusal> {
-        self.end = self.log().end().await.map_err(|_| Refusal::Flash)?;
+        let (mut log, end) = self.log();
+        *end = log.end().map_err(|_| Refusal::Flash)?;
         self.key = self.keys().load().await.map_err(|_| Refusal::Flash)?;
-        let (reset, last) = (self.end.reset, self.end.last_counter());
-        let mut history = self.archive().history(0).await.map_err(refusal)?;
+        let (reset, last) = (self.end.reset(), self.end.last_counter());
+        let mut history = self.archive().history(0).map_err(refusal)?;
         let is_current = |stored: &Stored| stored.entry.counter > reset;
         self.is_outdated = history.first().is_some_and(|newest| !is_current(newest));
         history.retain(is_current);
         let newest = history.first();
         if let Some(uploaded) = newest.filter(|newest| newest.entry.counter > last) {
-            self.unlogged = Some(uploaded.entry);
-            return self.activate_kept(uploaded).await;
+            self.unlogged = Some(Made::of(&uploaded.entry));
+            return self.activate_kept(uploaded);
         }
         let Some(id) = self.end.last.and_then(|last| last.id) else {
+            let has_record = last > 0 || self.key.is_some() || newest.is_some();
+            self.is_foreign =
+                !has_record && !self.log().0.is_blank().map_err(|_| Refusal::Flash)?;
             return Ok(());
         };
         let named = history.iter().find(|stored| stored.id == id);
         if named.is_none() {
-            self.unlogged = Some(Entry {
-                previous: Some(id),
-                ..self.entry(Reason::Fallback, newest.map(|newest| newest.id), 0)
+            self.unlogged = Some(Made {
+                reason: Reason::Fallback,
+                id: newest.map(|newest| newest.id),
+                unix_s: 0,
             });
         }
         match named.or(newest) {
-            Some(stored) => self.activate_kept(stored).await,
+            Some(stored) => self.activate_kept(stored),
             None => Ok(()),
         }
     }
 
     /// Completes what a loss of power interrupted: the log entries of an upload and of a key, and the erasure of sets
-    /// from before a factory reset.
+    /// from before a factory reset. A firmware that is not that of the last entry then gets an entry of its own. What the
+    /// board itself enters waits while the log is full.
     ///
     /// # Errors
     /// [`Refusal::Log`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
-    pub async fn complete(&mut self) -> Result<(), Refusal> {
-        if let Some(entry) = self.unlogged {
-            self.follow_up(&entry).await?;
-        }
-        let key = self.key.as_ref();
-        let missing = key.filter(|key| key.counter > self.end.last_counter());
-        if let Some(unix_s) = missing.map(|key| key.unix_s) {
-            let entry = self.entry(Reason::Provision, self.active_id(), unix_s);
-            self.follow_up(&entry).await?;
-        }
+    pub async fn complete(&mut self, build: BuildId) -> Result<(), Refusal> {
+        self.build = build;
+        self.enter_owed().await?;
         if self.is_outdated {
             self.erase_sets().await?;
         }
         Ok(())
     }
 
-    async fn activate_kept(&mut self, stored: &Stored) -> Result<(), Refusal> {
-        let content = self.read_set(stored).await?;
+    fn activate_kept(&mut self, stored: &Stored) -> Result<(), Refusal> {
+        let content = self.read_set(stored)?;
         self.activate(stored, content);
         Ok(())
     }

@@ -215,6 +215,9 @@ pub struct Status {
     pub provisioned: bool,
     /// The message of a panic before the last start.
     pub panic: Option<heapless::String<128>>,
+    /// Places of the log's volume that are used, of [`FlashLayout::log_capacity`](crate::facts::FlashLayout::log_capacity).
+    /// `None` when the flash has no record of this firmware and is not erased: the first key makes it the board's.
+    pub log_used: Option<u32>,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

@@ -2,11 +2,13 @@
 
 use hexsense_core::records::log::Reason;
 use hexsense_core::records::{
-    CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
+    BuildId, CoefficientSet, Entry, JackCoefficients, MAX_ENCODED, MotionBase, TriadCoefficients,
 };
 
 /// Unique id of the board that the sets are for.
 pub const BOARD: [u8; 12] = [7; 12];
+/// The firmware of the board.
+pub const BUILD: BuildId = BuildId([0xB1; 8]);
 
 /// A set of nearly the greatest length; `number` makes it differ from the others.
 #[must_use]
@@ -81,5 +83,9 @@ pub fn uploaded(number: u32) -> Entry {
         unix_s: 1_790_000_000 + u64::from(number),
         id: Some(CoefficientSet::id_of(&encoded(&numbered(number)))),
         previous: None,
+        build: BUILD,
+        chain: [0; 16],
+        reset: 0,
+        page: 0,
     }
 }

@@ -7,10 +7,11 @@ use hexsense_core::facts::{BoardFacts, FlashLayout};
 use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::records::Entry;
-use hexsense_core::records::log::Reason;
+use hexsense_core::records::log::{Chain, Reason};
 use hexsense_core::records::{BaseError, BuildId, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::log::Volume;
 use hexsense_core::wire::message::{
     ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
 };
@@ -116,6 +117,18 @@ const ENTRY: Entry = Entry {
     unix_s: 0x6162_6364,
     id: Some(ID),
     previous: None,
+    build: BUILD,
+    chain: HEAD,
+    reset: 0x7172_7374,
+    page: 0x8182,
+};
+const BUILD: BuildId = BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98]);
+const HEAD: Chain = *b"head of a volume";
+const VOLUME: Volume = Volume {
+    first: 0x0102_0304,
+    last: 0x1112_1314,
+    head: HEAD,
+    build: BUILD,
 };
 const KEPT: Kept = Kept {
     sequence: 0x3132_3334,
@@ -163,6 +176,7 @@ fn requests() -> String {
         UploadAbort {} => Request::UploadAbort,
         Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
+        LogProof { .. } => Request::LogProof { nonce: *b"nonce of the host, thirty-two b." },
     })
 }
 
@@ -182,6 +196,7 @@ fn responses() -> String {
         Erased { .. } => Response::Erased { sets: 8 },
         Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
+        LogProof { .. } => Response::LogProof { volume: VOLUME, mac: *b"abcdefghijklmnopqrstuvwxyz678901" },
     })
 }
 
@@ -219,6 +234,7 @@ fn refusals() -> String {
         Incomplete { .. } => Refusal::Incomplete { analyser: 2 },
         Undetermined { .. } => Refusal::Undetermined { blocks: 0x0102_0304 },
         EarlierLog {} => Refusal::EarlierLog,
+        LogMoved {} => Refusal::LogMoved,
     })
 }
 
@@ -228,6 +244,7 @@ fn acts() -> String {
         Rollback { .. } => Act::Rollback(ID),
         FactoryReset {} => Act::FactoryReset,
         Provision { .. } => Act::Provision(Key(*b"ABCDEFGHIJKLMNOPQRSTUVWXYZ543210")),
+        NewVolume { .. } => Act::NewVolume { last: 0x3132_3334 },
     })
 }
 
@@ -245,6 +262,8 @@ fn reasons() -> String {
         FactoryReset {} => Reason::FactoryReset,
         Provision {} => Reason::Provision,
         Fallback {} => Reason::Fallback,
+        FirmwareChange {} => Reason::FirmwareChange,
+        NewVolume {} => Reason::NewVolume,
     })
 }
 
@@ -377,7 +396,7 @@ fn identity(reset: ResetCause) -> Response {
                 pages: 0x8182,
             },
         },
-        build: Some(BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98])),
+        build: Some(BUILD),
     })
 }
 
@@ -460,6 +479,7 @@ fn status() -> Status {
             size: 0x6000,
         },
         panic: Some(heapless::String::try_from("at µ").unwrap()),
+        log_used: Some(0x0102),
     }
 }
 

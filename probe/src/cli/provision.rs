@@ -6,6 +6,7 @@ use anyhow::ensure;
 use clap::Args;
 
 use super::arguments::{Key, Port};
+use super::confirm::confirm;
 use crate::{files, key_file};
 
 /// Give the board a key; from then on it takes changes (upload, rollback, factory-reset, another key) only with it.
@@ -22,6 +23,9 @@ pub struct Provision {
     /// File with the key that the board has now; the key of --key replaces it
     #[arg(long, value_name = "FILE")]
     old_key: Option<PathBuf>,
+    /// Take a flash that holds something else for the board without asking
+    #[arg(long)]
+    yes: bool,
 }
 
 impl Provision {
@@ -42,6 +46,15 @@ impl Provision {
                 "board {board} has no key that could be replaced; leave --old-key out"
             ),
             _ => {}
+        }
+        if client.status()?.log_used.is_none() && !self.yes {
+            eprintln!(
+                "the flash of board {board} for coefficients holds something else, and no record of this firmware"
+            );
+            confirm(
+                "Erase it page by page, as the board needs it?",
+                "nothing has changed",
+            )?;
         }
         let file = self.key.file.display();
         let new = if self.key.file.exists() {

@@ -86,7 +86,7 @@ impl Parts {
         self.begin(FACTS.rates_hz[0], BlockSize::default());
         self.storage = Storage::new(self.flash.clone(), FACTS.flash, self.uid);
         block_on(self.storage.load()).unwrap();
-        block_on(self.storage.complete()).unwrap();
+        block_on(self.storage.complete(BUILD)).unwrap();
         self.track();
     }
 
@@ -257,6 +257,7 @@ impl Board for Parts {
                 size: 24_576,
             },
             panic: None,
+            log_used: self.storage.log_used(),
         }
     }
 
