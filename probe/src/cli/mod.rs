@@ -10,6 +10,7 @@ mod broken_off;
 mod calibrate;
 mod capture;
 mod characterise;
+mod confirm;
 #[cfg(test)]
 mod documents;
 mod factory_reset;

@@ -269,6 +269,7 @@ impl Board for Parts {
             },
             panic: None,
             option_bytes: OptionBytes::FACTORY,
+            log_used: self.storage.log_used(),
         }
     }
 
