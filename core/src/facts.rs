@@ -14,7 +14,6 @@ use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::INERTIAL;
-use crate::records::log::capacity;
 
 /// Pages of the archive: one for each set that is kept. The data sheet (DS12288) guarantees 10,000 erasures of a page; an
 /// upload erases one of them.
@@ -83,11 +82,5 @@ impl FlashLayout {
     #[must_use]
     pub const fn log(&self) -> Range<u32> {
         (ARCHIVE_PAGES + KEY_PAGES) * self.page_bytes..self.pages * self.page_bytes
-    }
-    /// Entries that a volume of the log takes before ordinary changes are refused: 3,720 in 118 pages of 2 KiB.
-    #[must_use]
-    pub const fn log_capacity(&self) -> u32 {
-        let Range { start, end } = self.log();
-        capacity(end - start, self.page_bytes)
     }
 }

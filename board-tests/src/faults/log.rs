@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use embassy_futures::block_on;
-use hexsense_core::records::log::{ENTRY, Entry, Log, Reason};
+use hexsense_core::records::log::{ENTRY, Entry, Log, Reason, capacity};
 use hexsense_core::wire::change;
 use hexsense_core::wire::{Refusal, Request, Response};
 use hexsense_probe::log_file::{LogFile, flaws, volume_flaws};
@@ -110,7 +110,7 @@ impl Trial {
 
     /// At every level the board starts in time with its set, tells the level, and takes what it still has room for.
     fn levels(&mut self) -> anyhow::Result<()> {
-        let full = hexsense::FACTS.flash.log_capacity();
+        let full = capacity(&hexsense::FACTS.flash);
         let mut slowest_ms = 0;
         for level in [2, 31, 32, 33, full / 2, full - 1, full, full + 8, full + 16] {
             self.with_entries(level)?;

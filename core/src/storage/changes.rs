@@ -105,10 +105,14 @@ impl<F: NorFlash> Storage<F> {
     pub(super) async fn enter_owed(&mut self) -> Result<(), Refusal> {
         // A change, a key and another firmware can be owed. More would follow from a flash that no board wrote.
         for _ in 0..3 {
-            let Some(Made { reason, id, unix_s }) = self.owed() else {
+            let Some(made) = self.owed() else {
                 break;
             };
-            let entry = self.entry(reason, id, unix_s);
+            let next = self.entry(made.reason, made.id, made.unix_s);
+            let entry = Entry {
+                counter: next.counter.max(made.counter),
+                ..next
+            };
             self.append(&entry).await.map_err(|_| Refusal::Log)?;
             self.unlogged = None;
         }
@@ -125,6 +129,7 @@ impl<F: NorFlash> Storage<F> {
                 return None;
             }
             Made {
+                counter: 0,
                 reason: Reason::FirmwareChange,
                 id: last.id,
                 unix_s: 0,

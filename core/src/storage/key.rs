@@ -99,6 +99,7 @@ impl<F: NorFlash> Storage<F> {
         match &self.key {
             KeyState::InForce { stored, .. } if stored.counter > self.end.last_counter() => {
                 Some(Made {
+                    counter: stored.counter,
                     reason: Reason::Provision,
                     id: self.active_id(),
                     unix_s: stored.unix_s,

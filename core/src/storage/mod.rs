@@ -93,6 +93,8 @@ pub struct Active {
 /// What an entry of the log says of a change.
 #[derive(Debug, Clone, Copy)]
 struct Made {
+    /// Counter that it has already in the archive or with the key, or zero: the log goes on there when its end is lost.
+    counter: u32,
     reason: Reason,
     id: Option<SetId>,
     unix_s: u64,
@@ -101,6 +103,7 @@ struct Made {
 impl Made {
     fn of(entry: &Entry) -> Self {
         Self {
+            counter: entry.counter,
             reason: entry.reason,
             id: entry.id,
             unix_s: entry.unix_s,

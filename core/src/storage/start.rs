@@ -37,6 +37,7 @@ impl<F: NorFlash> Storage<F> {
         let named = history.iter().find(|stored| stored.id == id);
         if named.is_none() {
             self.unlogged = Some(Made {
+                counter: 0,
                 reason: Reason::Fallback,
                 id: newest.map(|newest| newest.id),
                 unix_s: 0,

@@ -44,7 +44,7 @@ fn the_proof_of_a_log_is_the_hmac_that_others_compute() {
     let hex: String = mac.iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(
         hex,
-        "31d1101811e0fb6e367f4fa635c4c6de7abab127edf8a35706df269dd3cc2bba"
+        "62099aabd3a3e3f51fca4238b0ad30ece45044e29375a65ac1a88b94e447a3f1"
     );
 }
 

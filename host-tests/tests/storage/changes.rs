@@ -6,7 +6,7 @@ use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use hexsense_core::authority::log_mac;
 use hexsense_core::facts::FlashLayout;
-use hexsense_core::records::log::{Log, Reason};
+use hexsense_core::records::log::{Log, Reason, capacity};
 use hexsense_core::records::{BuildId, CoefficientSet, Entry, MAX_ENCODED, RecordError};
 use hexsense_core::storage::{Storage, StorageCommand};
 use hexsense_core::wire::change::Act;
@@ -355,7 +355,7 @@ fn with_a_full_log_no_change_is_made_but_of_the_key_and_a_new_volume_makes_room(
         };
         block_on(log.append(&mut end, &entry)).unwrap();
     }
-    assert_eq!(layout(PAGES).log_capacity(), 3_720);
+    assert_eq!(capacity(&layout(PAGES)), 3_720);
     let mut key_holder = KeyHolder::start(&mut nor);
     let last = key_holder.roll_back(1);
     assert!(matches!(last, Ok(Response::Committed(active)) if active.id == id(1)));

@@ -236,9 +236,15 @@ fn a_key_whose_entry_the_log_took_is_in_force_beside_the_old_one() {
 
 #[test]
 fn with_a_full_log_the_old_key_stays_in_force() {
-    let mut nor = Nor::new(11);
+    let mut nor = Nor::new(12);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
     while key_holder.change(&KEY, Act::FactoryReset).is_ok() {}
+    // The last places are for new keys.
+    for _ in 0..8 {
+        assert_eq!(replace(&mut key_holder), Ok(Response::Done));
+        let back = key_holder.change(&OTHER_KEY, Act::Provision(KEY));
+        assert_eq!(back, Ok(Response::Done));
+    }
     assert_eq!(replace(&mut key_holder), Err(Refusal::LogFull));
     drop(key_holder);
     keeps_the_old_key(&mut nor, "full log");

@@ -30,6 +30,7 @@ pub mod show;
 pub mod status;
 mod upload;
 mod verify;
+mod volume;
 
 use std::process::ExitCode;
 

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use hexsense_core::facts::BoardFacts;
+use hexsense_core::records::log::capacity;
 use hexsense_core::wire::message::ActiveSet;
 use hexsense_core::wire::status::{PathCycles, ResetCause, StackUse};
 use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent};
@@ -137,7 +138,7 @@ impl Reading {
             None => "none; calibrate and upload a set".to_owned(),
         };
         lines.push(("coefficients", set));
-        lines.push(("log", log(status.log_used, self.facts.flash.log_capacity())));
+        lines.push(("log", log(status.log_used, capacity(&self.facts.flash))));
         lines.push((
             "last start",
             board_events::last_start(self.last_start, &status.resets),
@@ -336,7 +337,7 @@ impl Reading {
             "provisioned": status.provisioned,
             "key_damaged": status.key_damaged,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
-            "log": {"used": status.log_used, "capacity": self.facts.flash.log_capacity()},
+            "log": {"used": status.log_used, "capacity": capacity(&self.facts.flash)},
             "start": board_events::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
             "panic": status.panic.as_deref(),

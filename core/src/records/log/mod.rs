@@ -22,6 +22,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 pub use entry::{Chain, ENTRY, Entry, Reason};
 
 use super::reading::read;
+use crate::facts::FlashLayout;
 
 const ERASED: [u8; ENTRY] = [0xFF; ENTRY];
 /// Places in a row that may fail to take an entry: after a power cut a half-programmed word may look erased and not be
@@ -31,10 +32,12 @@ const FAILURES: u32 = 8;
 /// may also take what the board itself enters.
 const KEPT: u32 = 16;
 
-/// Entries that a volume of so many pages takes before ordinary changes are refused: one page stays free.
+/// Entries that a volume of the log takes before ordinary changes are refused, because one page stays free: 3,720 in 118
+/// pages of 2 KiB.
 #[must_use]
-pub const fn capacity(log_bytes: u32, page_bytes: u32) -> u32 {
-    (log_bytes - page_bytes) / ENTRY as u32 - FAILURES - KEPT
+pub const fn capacity(flash: &FlashLayout) -> u32 {
+    let Range { start, end } = flash.log();
+    (end - start - flash.page_bytes) / ENTRY as u32 - FAILURES - KEPT
 }
 
 /// Why an entry could not be appended or read.

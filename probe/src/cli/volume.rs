@@ -7,7 +7,7 @@ use hexsense_client::Client;
 use hexsense_core::wire::change::Key;
 use hexsense_core::wire::log::Volume;
 
-use crate::cli::confirm::confirm;
+use super::confirm::confirm;
 use crate::log_file::{LogFile, volume_flaws};
 use crate::terminal::{say, tell};
 use crate::{files, key_file};
