@@ -47,7 +47,7 @@ pub async fn store(
         storage.forbid_changes();
     }
     let mut published = None;
-    let loaded = storage.load().await;
+    let loaded = storage.load();
     publish(&mut storage, &mut published, shared);
     let build = identity::build().await;
     shared.build.lock(|known| known.set(Some(build)));

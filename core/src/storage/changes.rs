@@ -78,7 +78,9 @@ impl<F: NorFlash> Storage<F> {
     /// Closes the volume of the log whose last entry has this counter, by the first entry of the next one.
     async fn new_volume(&mut self, last: u32, unix_s: u64) -> Result<Response, Refusal> {
         // The entry of a key that is not in force must not leave the volume that is searched for it.
-        self.erase_spare().await?;
+        if self.has_spare() {
+            return Err(Refusal::Flash);
+        }
         let (log, end) = self.log();
         if end.last_counter() != last {
             return Err(Refusal::LogMoved);
@@ -101,8 +103,10 @@ impl<F: NorFlash> Storage<F> {
         })
     }
 
-    /// Appends the entries of what is done and not logged; if that fails, they precede the next change.
+    /// Appends the entries of what is done and not logged; if that fails, they precede the next change. A key that is not in
+    /// force goes first.
     pub(super) async fn enter_owed(&mut self) -> Result<(), Refusal> {
+        self.erase_spare().await;
         // A change, a key and another firmware can be owed. More would follow from a flash that no board wrote.
         for _ in 0..3 {
             let Some(made) = self.owed() else {

@@ -15,7 +15,7 @@
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::{Made, Storage};
-use crate::records::key::{Key, StoredKey};
+use crate::records::key::{Key, KeyPages, StoredKey};
 use crate::records::log::Reason;
 use crate::wire::message::LOG_ENTRIES;
 use crate::wire::{Refusal, Response};
@@ -109,21 +109,27 @@ impl<F: NorFlash> Storage<F> {
         }
     }
 
-    /// Erases a key that is not in force.
-    pub(super) async fn erase_spare(&mut self) -> Result<(), Refusal> {
+    /// Erases a key that is not in force. It may stay: beside the other it never comes in force.
+    pub(super) async fn erase_spare(&mut self) {
         if let KeyState::InForce {
-            page,
-            has_spare: true,
-            ..
-        } = self.key
+            page, has_spare, ..
+        } = &mut self.key
+            && *has_spare
         {
-            let erased = self.keys().erase(1 - page).await;
-            erased.map_err(|_| Refusal::Flash)?;
-            if let KeyState::InForce { has_spare, .. } = &mut self.key {
-                *has_spare = false;
-            }
+            let mut keys = KeyPages::new(&mut self.flash, self.layout.key());
+            *has_spare = keys.erase(1 - *page).await.is_err();
         }
-        Ok(())
+    }
+
+    /// Whether there is a key that is not in force.
+    pub(super) fn has_spare(&self) -> bool {
+        matches!(
+            self.key,
+            KeyState::InForce {
+                has_spare: true,
+                ..
+            }
+        )
     }
 
     /// Puts a key in force in place of another.
@@ -151,8 +157,8 @@ impl<F: NorFlash> Storage<F> {
         } else {
             let _ = self.keys().erase(page).await;
         }
-        // A key that is not in force may stay: beside the other it never comes in force.
-        let _ = self.erase_spare().await;
+        // The entry is there already, and the other key goes.
+        let _ = self.enter_owed().await;
         made.map(|()| Response::Done)
     }
 

@@ -14,7 +14,7 @@ impl<F: NorFlash> Storage<F> {
     ///
     /// # Errors
     /// [`Refusal::Flash`] when the flash cannot be read.
-    pub async fn load(&mut self) -> Result<(), Refusal> {
+    pub fn load(&mut self) -> Result<(), Refusal> {
         let (mut log, end) = self.log();
         *end = log.end().map_err(|_| Refusal::Flash)?;
         let (reset, last) = (self.end.reset(), self.end.last_counter());
@@ -55,14 +55,13 @@ impl<F: NorFlash> Storage<F> {
     /// firmware.
     ///
     /// # Errors
-    /// [`Refusal::Log`], [`Refusal::Flash`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
+    /// [`Refusal::Log`] or [`Refusal::Erasure`] when a step fails; the active set stays active.
     pub async fn complete(&mut self, build: BuildId) -> Result<(), Refusal> {
         self.build = build;
         if self.read_only {
             return Ok(());
         }
         self.enter_owed().await?;
-        self.erase_spare().await?;
         if self.is_outdated {
             self.erase_sets().await?;
         }

@@ -81,7 +81,7 @@ impl<F: NorFlash> KeyHolder<F> {
         let pages = flash.capacity() / PAGE;
         let mut storage = Storage::new(flash, layout(pages), BOARD);
         let started = block_on(async {
-            storage.load().await?;
+            storage.load()?;
             storage.complete(build).await
         });
         let key_holder = Self {
