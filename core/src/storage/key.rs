@@ -117,7 +117,9 @@ impl<F: NorFlash> Storage<F> {
             && *has_spare
         {
             let mut keys = KeyPages::new(&mut self.flash, self.layout.key());
-            *has_spare = keys.erase(1 - *page).await.is_err();
+            // Whether it is gone shows when it is read back.
+            let _ = keys.erase(1 - *page).await;
+            *has_spare = !matches!(keys.load(), Ok([None, _] | [_, None]));
         }
     }
 

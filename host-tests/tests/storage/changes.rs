@@ -113,7 +113,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
     key_holder.upload(1).unwrap();
     drop(key_holder);
     let mut elsewhere = Storage::new(&mut nor, layout(PAGES), [8; 12]);
-    block_on(elsewhere.load()).unwrap();
+    elsewhere.load().unwrap();
     assert!(elsewhere.active().is_none());
 }
 
