@@ -47,8 +47,7 @@ const CHANGES: [Make; 3] = [
 /// Content of the board's flash.
 fn flash(board: &Mutex<FakeBoard>) -> Vec<u8> {
     let flash = board.lock().unwrap().flash.clone();
-    let content = flash.0.lock().unwrap().clone();
-    content
+    flash.0.lock().unwrap().clone()
 }
 
 /// Lets what was held back arrive, at once and after some time: the board refuses all of it, and its flash stays as it was.

@@ -165,7 +165,8 @@ fn a_line_that_changes_what_a_proven_board_says_is_found_out() {
     let (board, desk) = watched(FakeBoard::new(Box::new(Still)));
     fake::key::save(desk.path(), &Still.uid());
     desk.upload(1);
-    let lies: [(&str, &str, fn(&Request) -> Lie); 2] = [
+    type Told = fn(&Request) -> Lie;
+    let lies: [(&str, &str, Told); 2] = [
         (
             "show",
             "the board proves that its set is",
