@@ -17,7 +17,7 @@
 //! command is answered exactly once.
 
 use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -103,6 +103,8 @@ pub struct Shared {
     pub provisioned: AtomicBool,
     /// Whether it had one and cannot read it any more: storage to link.
     pub key_damaged: AtomicBool,
+    /// Places of the log that are used, `u32::MAX` for a flash of something else: storage to link.
+    pub log_used: AtomicU32,
     /// Identity of the firmware, once it is computed: storage to link.
     pub build: Mutex<Guard, Cell<Option<BuildId>>>,
     /// Base of the active set, once there was one: storage to pose and harmonics.
@@ -131,6 +133,7 @@ impl Shared {
             active: Watch::new(),
             provisioned: AtomicBool::new(false),
             key_damaged: AtomicBool::new(false),
+            log_used: AtomicU32::new(0),
             build: Mutex::new(Cell::new(None)),
             base: Watch::new(),
             jacks: Signal::new(),

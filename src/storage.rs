@@ -47,8 +47,8 @@ pub async fn store(
         storage.forbid_changes();
     }
     let mut published = None;
-    let loaded = storage.load().await;
-    publish(&storage, &mut published, shared);
+    let loaded = storage.load();
+    publish(&mut storage, &mut published, shared);
     let build = identity::build().await;
     shared.build.lock(|known| known.set(Some(build)));
     if loaded.is_err() {
@@ -59,11 +59,11 @@ pub async fn store(
     let mut random = Random::new(random);
     let mut check_at = Instant::now();
     loop {
-        publish(&storage, &mut published, shared);
+        publish(&mut storage, &mut published, shared);
         shared.alive.sign(Task::Storage);
         if Instant::now() >= check_at {
             check_at = Instant::now() + COEFFICIENT_CHECK;
-            storage.refresh().await;
+            storage.refresh();
             send_coefficients(&storage, shared);
         }
         if let Ok(command) = with_timeout(HEARTBEAT, shared.to_storage.receive()).await {
@@ -73,7 +73,7 @@ pub async fn store(
                 .carry_out(command, now_ms, fill)
                 .await
                 .unwrap_or_else(Response::Refused);
-            publish(&storage, &mut published, shared);
+            publish(&mut storage, &mut published, shared);
             shared.answers.send(answer).await;
         }
     }
@@ -81,13 +81,15 @@ pub async fn store(
 
 /// Gives the active set to the tasks that use it, when it is not the one that was `published`.
 fn publish(
-    storage: &Storage<Bank2Region<'static>>,
+    storage: &mut Storage<Bank2Region<'static>>,
     published: &mut Option<SetId>,
     shared: &Shared,
 ) {
     let (provisioned, damaged) = (storage.is_provisioned(), storage.is_key_damaged());
     shared.provisioned.store(provisioned, Ordering::Relaxed);
     shared.key_damaged.store(damaged, Ordering::Relaxed);
+    let log_used = storage.log_used().unwrap_or(u32::MAX);
+    shared.log_used.store(log_used, Ordering::Relaxed);
     let active = storage.active();
     let id = active.map(|active| active.set.id);
     if id == *published {

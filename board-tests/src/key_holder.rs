@@ -44,11 +44,22 @@ impl Account {
         })
     }
 
-    /// The first thing that an auditor would find wrong: counters that do not rise by one from 1, an entry that does not
-    /// follow from the entry before it, an active set that the last entry does not name or the history does not have.
+    /// The first thing that an auditor would find wrong: counters that do not rise by one, an entry that does not follow from
+    /// the entry before it or does not carry its hash, an active set that the last entry does not name or the history does
+    /// not have.
     pub fn audit(&self) -> Result<(), String> {
-        let mut active = None;
-        for (entry, counter) in self.log.iter().zip(1..) {
+        let first = self.log.first();
+        let mut active = first.and_then(|first| first.previous);
+        for pair in self.log.windows(2) {
+            if pair[1].chain != pair[0].hash() {
+                return Err(format!("{:?} breaks the chain", pair[1]));
+            }
+        }
+        for (entry, counter) in self
+            .log
+            .iter()
+            .zip(first.map_or(1, |first| first.counter)..)
+        {
             if entry.counter != counter {
                 return Err(format!("entry {counter} has the counter {}", entry.counter));
             }
@@ -112,6 +123,8 @@ pub enum Act {
     Rollback(SetId),
     /// Erase all sets.
     FactoryReset,
+    /// Begin a new volume of the log after the entry with this counter.
+    NewVolume(u32),
 }
 
 impl Act {
@@ -122,6 +135,7 @@ impl Act {
             Self::Upload(_) => "upload",
             Self::Rollback(_) => "rollback",
             Self::FactoryReset => "factory reset",
+            Self::NewVolume(_) => "new volume",
         }
     }
 }
@@ -159,6 +173,10 @@ impl KeyHolder {
         match act {
             Act::Provision(key) => {
                 let request = self.tagged(line, change::Act::Provision(key.clone()))?;
+                line.order(&request)
+            }
+            Act::NewVolume(last) => {
+                let request = self.tagged(line, change::Act::NewVolume { last: *last })?;
                 line.order(&request)
             }
             Act::Upload(set) => self.upload(line, set),

@@ -15,8 +15,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hexsense_core::authority;
 use hexsense_core::records::SetId;
-use hexsense_core::records::log::{Entry, Reason};
-use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::records::log::Entry;
+use hexsense_core::wire::change::{Act, Change, Key, Tag};
+use hexsense_core::wire::log::{Nonce, Volume};
 use hexsense_core::wire::message::{ActiveSet, Kept};
 use hexsense_core::wire::{Refusal, Request, Response};
 
@@ -104,6 +105,14 @@ impl Client {
         Ok(kept)
     }
 
+    /// Closes the log's volume whose last entry has this counter, and begins the next.
+    ///
+    /// # Errors
+    /// [`ChangeError`].
+    pub fn new_volume(&mut self, key: &Key, last: u32) -> Result<(), ChangeError> {
+        self.change(key, Act::NewVolume { last }).map(drop)
+    }
+
     /// The sets that the board keeps, newest first.
     ///
     /// # Errors
@@ -143,6 +152,18 @@ impl Client {
             if entries.is_empty() || next > last {
                 return Ok(log);
             }
+        }
+    }
+
+    /// The log's volume, signed by the board with its key over this number.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn log_proof(&mut self, nonce: Nonce) -> Result<(Volume, Tag), LinkError> {
+        let request = Request::LogProof { nonce };
+        match self.conversation.ask(&request)? {
+            Response::LogProof { volume, mac } => Ok((volume, mac)),
+            _ => Err(answer_error(&request)),
         }
     }
 
@@ -217,12 +238,13 @@ impl Client {
         let statement = self.prove(key)?;
         Ok(match change.act {
             Act::Rollback(id) => statement.set == Some(id),
-            // A board without a set looks the same before a factory reset and after it.
+            Act::NewVolume { last } if statement.changes != last.saturating_add(1) => false,
+            Act::FactoryReset if statement.set.is_some() => false,
+            // A board without a set looks the same before a factory reset and after it, and a new volume changes no set.
             _ => {
-                let is_it = |entry: &Entry| {
-                    entry.reason == Reason::FactoryReset && entry.unix_s == change.unix_s
-                };
-                statement.set.is_none() && self.log(statement.changes)?.last().is_some_and(is_it)
+                let reason = change.act.reason();
+                let is_it = |entry: &Entry| entry.reason == reason && entry.unix_s == change.unix_s;
+                self.log(statement.changes)?.last().is_some_and(is_it)
             }
         })
     }

@@ -24,5 +24,6 @@ pub fn name(request: &Request) -> &'static str {
         Request::Harmonics { .. } => "harmonics",
         Request::Motion { .. } => "motion",
         Request::Prove { .. } => "proof of the key",
+        Request::LogProof { .. } => "proof of the log",
     }
 }

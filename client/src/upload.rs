@@ -64,7 +64,8 @@ pub enum UploadError {
 }
 
 impl Client {
-    /// Makes an encoded set the active one and proves it by reading it back. `key` is the board's.
+    /// Makes an encoded set the active one and proves it by reading it back. `key` is the board's. Nothing
+    /// changes when the set is active already.
     ///
     /// # Errors
     /// [`UploadError`], which says what the board has now.
@@ -73,16 +74,21 @@ impl Client {
             length: encoded.len() as u16,
             digest: Sha256::digest(encoded).into(),
         };
-        self.begin_upload(key, act).map_err(|error| match error {
-            LinkError::Refused(refusal) => UploadError::Refused(self.refused(refusal)),
-            error => UploadError::Before(error),
-        })?;
-        self.send_pieces(encoded).map_err(UploadError::Before)?;
         let id = CoefficientSet::id_of(encoded);
-        let active = self.commit(id, key)?;
+        match self.begin_upload(key, act) {
+            Ok(()) => {
+                self.send_pieces(encoded).map_err(UploadError::Before)?;
+                self.commit(id, key)?;
+            }
+            Err(LinkError::Refused(Refusal::AlreadyActive)) => {}
+            Err(LinkError::Refused(refusal)) => {
+                return Err(UploadError::Refused(self.refused(refusal)));
+            }
+            Err(error) => return Err(UploadError::Before(error)),
+        }
         let read_back = self.read_set().map_err(UploadError::After)?;
         match read_back {
-            Some((_, bytes)) if bytes == encoded => Ok(active),
+            Some((active, bytes)) if bytes == encoded => Ok(active),
             other => Err(UploadError::Different {
                 uploaded: id.to_string(),
                 read_back: other.map_or("none".to_owned(), |(_, bytes)| {

@@ -9,12 +9,14 @@
 
 use hmac::digest::CtOutput;
 use hmac::{Hmac, KeyInit, Mac};
-use sha2::{Digest, Sha256};
+use sha2::Sha256;
 
+use crate::checksum::sha256;
 use crate::records::BuildId;
 use crate::records::key::Key;
 use crate::wire::Refusal;
 use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
+use crate::wire::log::{Nonce, Volume};
 
 /// How long a challenge may be answered, ms.
 pub const CHALLENGE_MS: u64 = 10_000;
@@ -24,6 +26,8 @@ const FIRST_WAIT_MS: u64 = 1_000;
 pub const MAX_WAIT_MS: u64 = 64_000;
 /// Begins a proof, so that no proof is the tag of a change: that begins with a challenge, which the board draws.
 const PROOF: &[u8; 16] = b"hexsense proof 1";
+/// Begins what is signed of a log, so that no signature is a proof or the tag of a change.
+const LOG: &[u8; 12] = b"hexsense log";
 /// Longest encoded change: 10 bytes of time, and an act of at most 36.
 const MAX_CHANGE: usize = 64;
 
@@ -55,6 +59,21 @@ pub fn proof(
     keyed(key, &parts).into_bytes().into()
 }
 
+/// Signature of a log's volume by the board with unique id `board`.
+#[must_use]
+pub fn log_mac(key: &Key, nonce: &Nonce, board: &[u8; 12], volume: &Volume) -> Tag {
+    let parts: [&[u8]; 7] = [
+        LOG,
+        nonce,
+        board,
+        &volume.first.to_le_bytes(),
+        &volume.last.to_le_bytes(),
+        &volume.head,
+        &volume.build.0,
+    ];
+    keyed(key, &parts).into_bytes().into()
+}
+
 fn mac(
     key: &Key,
     challenge: &Challenge,
@@ -64,7 +83,7 @@ fn mac(
     let mut encoded = [0; MAX_CHANGE];
     // A change always fits. If it did not, its digest would be that of no bytes, which no other change has.
     let encoded = postcard::to_slice(change, &mut encoded).map_or(&[][..], |used| used);
-    keyed(key, &[challenge, board, &Sha256::digest(encoded)])
+    keyed(key, &[challenge, board, &sha256(encoded)])
 }
 
 /// HMAC of the parts one behind the other.

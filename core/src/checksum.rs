@@ -1,30 +1,19 @@
-//! CRC-32 as in Ethernet (IEEE 802.3; CRC-32/ISO-HDLC), half a byte at a time: the table for whole bytes would take a
-//! kilobyte of flash.
+//! CRC-32 as in Ethernet (IEEE 802.3; CRC-32/ISO-HDLC) and SHA-256, once for all users.
 
-/// What each half of a byte does to the checksum.
-static HALVES: [u32; 16] = {
-    /// The generator, its bits in the order in which they are sent.
-    const GENERATOR: u32 = 0xEDB8_8320;
-    let mut halves = [0; 16];
-    let mut half = 0;
-    while half < 16 {
-        let mut rest = half;
-        let mut bit = 0;
-        while bit < 4 {
-            rest = (rest >> 1) ^ (GENERATOR * (rest & 1));
-            bit += 1;
-        }
-        halves[half as usize] = rest;
-        half += 1;
-    }
-    halves
-};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use sha2::{Digest, Sha256};
+
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// The checksum of `bytes`.
 #[must_use]
 pub fn checksum(bytes: &[u8]) -> u32 {
-    let half = |sum: u32| (sum >> 4) ^ HALVES[(sum & 0xF) as usize];
-    !bytes
-        .iter()
-        .fold(!0, |sum, byte| half(half(sum ^ u32::from(*byte))))
+    CRC.checksum(bytes)
+}
+
+/// The SHA-256 of `bytes`.
+#[must_use]
+#[inline(never)]
+pub fn sha256(bytes: &[u8]) -> [u8; 32] {
+    Sha256::digest(bytes).into()
 }

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::INERTIAL;
 
-/// Pages of the archive: one for each set that is kept. A change erases each of them at most once, and the log of a bank of
-/// 128 pages ends after 6,033 changes: no page comes to the 10,000 erasures that the data sheet (DS12288) guarantees.
+/// Pages of the archive: one for each set that is kept. The data sheet (DS12288) guarantees 10,000 erasures of a page; an
+/// upload erases one of them.
 pub const ARCHIVE_PAGES: u32 = 8;
 /// Pages of the key: a new one is written beside the old one.
 const KEY_PAGES: u32 = 2;
@@ -78,8 +78,7 @@ impl FlashLayout {
         ARCHIVE_PAGES * self.page_bytes
     }
 
-    /// Addresses of the log, bytes: of 128 pages of 2 KiB it takes 118, which are 6,041 places and 6,033 entries (see
-    /// [`Log::has_room`](crate::records::log::Log::has_room)).
+    /// Addresses of the log, bytes: of 128 pages of 2 KiB it takes 118.
     #[must_use]
     pub const fn log(&self) -> Range<u32> {
         (ARCHIVE_PAGES + KEY_PAGES) * self.page_bytes..self.pages * self.page_bytes

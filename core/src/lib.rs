@@ -23,6 +23,7 @@
 //! | [`server`] | the answer to each request, and the stream |
 //! | `bytes` | arrays of bytes in messages and records |
 //! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
+//! | [`checksum`](mod@checksum) | CRC-32 of records and frames, SHA-256 |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!
 //! Frames, angles and words are those of GOST 20058-80: X forward, Y up, Z right; see [`kinematics`].

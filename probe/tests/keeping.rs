@@ -2,11 +2,14 @@
 
 mod fake;
 
+use assert_cmd::Command;
 use fake::FakeBoard;
 use fake::desk::{Desk, KEY_FILE};
 use fake::key::KEY;
 use fake::source::{Source, Still};
-use hexsense_probe::{coefficient_file, key_file};
+use hexsense_core::records::log::{Entry, Reason};
+use hexsense_probe::log_file::{LogFile, volume_flaws};
+use hexsense_probe::{coefficient_file, files, key_file};
 use serde_json::Value;
 
 /// Another key's file in the folder of `desk`.
@@ -287,7 +290,7 @@ fn the_log_has_every_change_in_order_with_its_time() {
         assert!(due.contains(&unix_s), "{entry}");
         assert_eq!(entry["utc"], hexsense_probe::date::utc(unix_s));
     }
-    assert_eq!(log["missing"], Value::Array(Vec::new()));
+    assert_eq!(log["flaws"], Value::Array(Vec::new()));
     let text = desk.says(&["log"]);
     assert_eq!(text.lines().count(), 1 + expected.len() + 1, "{text}");
     assert!(
@@ -346,4 +349,191 @@ fn every_command_on_a_board_without_a_key_says_how_to_give_it_one() {
     ] {
         desk.refuses(arguments, &["the board has no key", "hexsense provision"]);
     }
+}
+
+/// A volume with some changes, exported to `one.log`.
+fn exported() -> Desk {
+    let desk = Desk::new();
+    let [first, _] = [1, 2].map(|set| desk.upload(set));
+    desk.says(&["rollback", &first]);
+    desk.says(&["log", "--export", "one.log"]);
+    desk
+}
+
+impl Desk {
+    /// `hexsense log --check`, without the board.
+    fn checks(&self, arguments: &[&str]) -> Result<String, String> {
+        let output = Command::cargo_bin("hexsense")
+            .unwrap()
+            .current_dir(self.path())
+            .args(["log", "--check"])
+            .args(arguments)
+            .output()
+            .unwrap();
+        let [said, error] =
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        assert!(!error.contains("panicked"), "{error}");
+        if output.status.success() {
+            Ok(said)
+        } else {
+            Err(error)
+        }
+    }
+}
+
+#[test]
+fn an_exported_log_is_checked_away_from_the_board_and_with_the_key_the_board_is_proven() {
+    let desk = exported();
+    let chain = desk.checks(&["one.log"]).unwrap();
+    assert!(
+        chain.contains("changes 1 to 4; no entry is missing or altered"),
+        "{chain}"
+    );
+    assert!(chain.contains("not proven without the key"), "{chain}");
+    let proven = desk.checks(&["one.log", "--key", KEY_FILE]).unwrap();
+    assert!(
+        proven.contains("proven with the key: the board signed it"),
+        "{proven}"
+    );
+    other_key(&desk);
+    let other = desk.checks(&["one.log", "--key", "other.key"]).unwrap_err();
+    assert!(
+        other.contains("the signature is NOT that of this board"),
+        "{other}"
+    );
+    desk.refuses(
+        &["log", "--export", "one.log"],
+        &["one.log: is there already"],
+    );
+}
+
+/// Every digit and letter of the file is changed in turn. Most changes break the chain or the form; the others do not bear
+/// the signature. A change of the signature itself needs the key to be seen.
+#[test]
+fn no_character_of_an_export_can_be_changed_unseen() {
+    let desk = exported();
+    let whole = std::fs::read_to_string(desk.path().join("one.log")).unwrap();
+    let key = key_file::load(&desk.path().join(KEY_FILE)).unwrap();
+    let log = LogFile::parse("one.log", &whole).unwrap();
+    assert!(log.is_signed(&key) && volume_flaws(&log.entries, &log.volume).is_empty());
+    for (at, byte) in whole.bytes().enumerate() {
+        let other = match byte {
+            b'0'..=b'8' | b'a'..=b'e' => byte + 1,
+            b'9' | b'f' => byte - 1,
+            _ => continue,
+        };
+        let mut forged = whole.clone().into_bytes();
+        forged[at] = other;
+        let forged = String::from_utf8(forged).unwrap();
+        let is_seen = LogFile::parse("one.log", &forged).is_ok_and(|log| {
+            volume_flaws(&log.entries, &log.volume).is_empty() && log.is_signed(&key)
+        });
+        assert!(!is_seen, "{}", &whole[at.saturating_sub(20)..at + 1]);
+    }
+}
+
+/// Entries that are left out, put in, or put elsewhere, by somebody who gives the right ends.
+#[test]
+fn entries_that_are_missing_or_out_of_order_are_told() {
+    let desk = exported();
+    let log = LogFile::load(&desk.path().join("one.log")).unwrap();
+    let told = |change: &dyn Fn(&mut Vec<Entry>)| {
+        let mut entries = log.entries.clone();
+        change(&mut entries);
+        volume_flaws(&entries, &log.volume).join("; ")
+    };
+    assert_eq!(told(&|_| ()), "");
+    assert!(
+        told(&|entries| entries.retain(|entry| entry.counter != 2))
+            .contains("changes 2 to 2 ARE MISSING")
+    );
+    assert!(
+        told(&|entries| entries.retain(|entry| entry.counter != 1))
+            .contains("does not begin a volume")
+    );
+    assert!(told(&|entries| entries.truncate(3)).contains("not the one that was signed"));
+    assert!(told(&|entries| entries.swap(1, 2)).contains("WAS ALTERED"));
+    assert!(told(&|entries| entries.insert(2, entries[1])).contains("WAS ALTERED"));
+    assert!(
+        told(&|entries| entries[1].unix_s += 1).contains("change 3 does not follow on change 2")
+    );
+    let reasons = told(&|entries| entries[0].reason = Reason::Upload);
+    assert!(
+        reasons.contains("change 2 does not follow on change 1"),
+        "{reasons}"
+    );
+}
+
+#[test]
+fn a_new_volume_begins_with_the_hash_of_the_last_entry_of_the_one_before() {
+    let desk = Desk::new();
+    desk.upload(1);
+    desk.refuses(
+        &["log", "--new-volume"],
+        &["no terminal", "the volume stays open", "--yes"],
+    );
+    let said = desk.says(&["log", "--export", "one.log", "--new-volume"]);
+    assert!(said.contains("change 3 begins a new volume"), "{said}");
+    let one = LogFile::load(&desk.path().join("one.log")).unwrap();
+    assert_eq!((one.volume.first, one.volume.last), (1, 2));
+    let log = desk.json("log");
+    let entries = log["entries"].as_array().unwrap();
+    assert_eq!(entries.len(), 1, "{log}");
+    assert_eq!(entries[0]["what"], "new-volume");
+    assert_eq!(entries[0]["chain"], files::hex(&one.volume.head));
+    assert_eq!(log["flaws"], Value::Array(Vec::new()));
+    assert_eq!(desk.json("status")["log"]["used"], 1);
+    desk.upload(2);
+    desk.says(&["log", "--export", "two.log"]);
+    let said = desk.checks(&["two.log", "--key", KEY_FILE]).unwrap();
+    let before = format!(
+        "continues the volume whose head is {}",
+        files::hex(&one.volume.head)
+    );
+    assert!(
+        said.contains("changes 3 to 4") && said.contains(&before),
+        "{said}"
+    );
+    other_key(&desk);
+    desk.refuses(
+        &["log", "--new-volume", "--yes", "--key", "other.key"],
+        &["the key is not that of this board"],
+    );
+}
+
+#[test]
+fn the_set_that_is_active_is_not_uploaded_again() {
+    let desk = Desk::new();
+    let id = desk.upload(1);
+    let log = desk.json("log");
+    let said = desk.says(&["upload", "coefficients.toml"]);
+    assert!(
+        said.contains(&format!(
+            "set {id} was active already and nothing was changed"
+        )),
+        "{said}"
+    );
+    assert_eq!(desk.json("log"), log);
+}
+
+#[test]
+fn a_flash_of_something_else_is_taken_for_the_board_only_after_asking() {
+    let mut board = FakeBoard::unprovisioned(Box::new(Still));
+    board.flash.0.lock().unwrap().fill(0x5A);
+    board.switch_on();
+    let desk = Desk::with(board);
+    assert_eq!(desk.json("status")["log"]["used"], Value::Null);
+    assert!(
+        desk.says(&["status"])
+            .contains("holds what this firmware did not write")
+    );
+    desk.refuses(
+        &["provision"],
+        &["holds something else", "nothing has changed", "--yes"],
+    );
+    assert!(!desk.path().join(KEY_FILE).exists());
+    desk.says(&["provision", "--yes"]);
+    let id = desk.upload(1);
+    assert_eq!(desk.active_id(), id);
+    assert_eq!(desk.json("status")["log"]["used"], 2);
 }

@@ -77,6 +77,10 @@ impl Board for LinkBoard {
             stack: stack::usage(),
             panic: self.origin.panic.clone(),
             option_bytes: self.origin.options,
+            log_used: match self.shared.log_used.load(Ordering::Relaxed) {
+                u32::MAX => None,
+                used => Some(used),
+            },
         }
     }
 

@@ -17,6 +17,7 @@
 //! | `random` | a generator of random numbers that fails, for ever and while key and coefficients come |
 //! | `key` | damaged key pages, power cuts in a replacement of the key, changes that are held back, boards that say they have no key |
 //! | `host` | boards that lie to the host tool, hostile files, outputs that are not there |
+//! | `log` | levels of the log, altered entries, forged exports, a flash of something else |
 //!
 //! `gaps` tells what is missing from a stream, `outcome` is the account of a promise.
 
@@ -29,6 +30,7 @@ mod gaps;
 mod host;
 mod hostile;
 mod key;
+mod log;
 mod no_loss;
 mod option_bytes;
 mod outcome;
@@ -66,7 +68,7 @@ pub struct Arguments {
 }
 
 /// The promises, in the order in which they are printed.
-const PROMISES: [&str; 14] = [
+const PROMISES: [&str; 15] = [
     "power_cut",
     "no_loss",
     "counted",
@@ -81,6 +83,7 @@ const PROMISES: [&str; 14] = [
     "random",
     "key",
     "host",
+    "log",
 ];
 /// Trials that run at the same time.
 const AT_ONCE: usize = 2;
@@ -133,6 +136,7 @@ struct Size {
     forgeries: u64,
     key_every: usize,
     key_faults: u64,
+    altered: u64,
     soak_s: u64,
     /// One wrap in so many is passed.
     wraps: usize,
@@ -155,6 +159,7 @@ impl Size {
         forgeries: 80,
         key_every: 1,
         key_faults: 80,
+        altered: 60,
         soak_s: 3_600,
         wraps: 1,
         options_every: 1,
@@ -178,6 +183,7 @@ impl Size {
         forgeries: 5,
         key_every: 5,
         key_faults: 30,
+        altered: 6,
         soak_s: 40,
         wraps: 7,
         options_every: 7,
@@ -235,6 +241,7 @@ fn campaign(seed: u64, size: &'static Size) -> VecDeque<Trial> {
         Trial::one(&["key"], move || {
             key::guard(seed, size.key_every, size.key_faults)
         }),
+        Trial::one(&["log"], move || log::attack(seed, size.altered)),
         Trial::one(&["counted"], move || counted::inject(seed, size.counts)),
         Trial::one(&["option_bytes"], move || {
             option_bytes::combine(seed, size.options_every)

@@ -88,6 +88,8 @@ fn changes(seed: u64, uploads: usize) -> anyhow::Result<Vec<Change>> {
         // The oldest is active now, and must not be the one that makes room.
         series.go_on(upload())?;
     }
+    let last = series.account.log.last().map_or(0, |last| last.counter);
+    series.go_on(Act::NewVolume(last))?;
     series.go_on(Act::FactoryReset)?;
     series.go_on(upload())?;
     Ok(series.changes)

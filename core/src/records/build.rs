@@ -7,7 +7,7 @@
 //! Every set says with which build its captures were recorded, and every entry of the [`super::log`] by which build it was
 //! made.
 
-use core::fmt;
+use core::{fmt, mem};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -46,7 +46,7 @@ impl<'c> BuildHash<'c> {
             return None;
         }
         self.hash.update(self.version);
-        let digest = self.hash.finalize_reset();
+        let digest: [u8; 32] = mem::take(&mut self.hash).finalize().into();
         Some(BuildId(*digest.first_chunk()?))
     }
 }

@@ -1,7 +1,7 @@
 //! The last eight coefficient sets in flash, one to a page.
 //!
 //! ```text
-//! | log entry 40 | length of the set u64 | set, which ends with its checksum | erased |        page 0 … page 7
+//! | log entry 64 | length of the set u64 | set, which ends with its checksum | erased |        page 0 … page 7
 //! ```
 //!
 //! Pages can be erased only whole, double words written only once, and power may go at any instant. A new set goes into
@@ -16,6 +16,7 @@ use core::cmp::Reverse;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::log::{ENTRY, Entry, Reason};
+use super::reading::read;
 use super::record::{CoefficientSet, MAX_ENCODED, RecordError, SetId};
 
 /// Sets that are kept, and pages; an older one is overwritten.
@@ -37,6 +38,9 @@ pub enum ArchiveError<E> {
     /// The flash failed.
     #[error("the flash failed: {0:?}")]
     Flash(E),
+    /// The flash could not be read.
+    #[error("the flash cannot be read")]
+    Read,
     /// The flash does not read back as written, or an erased set is still there.
     #[error("what is read back is not what was written or erased; the flash may be worn out")]
     ReadBack,
@@ -95,12 +99,12 @@ impl<F: NorFlash> Archive<F> {
     /// The sets that decode and were activated after the entry with counter `after`, newest first.
     ///
     /// # Errors
-    /// [`ArchiveError::Flash`].
-    pub async fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
+    /// [`ArchiveError::Read`].
+    pub fn history(&mut self, after: u32) -> Result<History, ArchiveError<F::Error>> {
         let mut history = History::new();
         for slot in 0..KEPT {
             let place = |entry, encoded: &_| Some(Stored::new(slot, entry, encoded)?.0);
-            let found = self.fetch(slot, place).await?;
+            let found = self.fetch(slot, place)?;
             if let Some(found) = found.filter(|found| found.entry.counter > after) {
                 let is_older = |kept: &Stored| kept.entry.counter < found.entry.counter;
                 let place = history.iter().position(is_older).unwrap_or(history.len());
@@ -114,19 +118,17 @@ impl<F: NorFlash> Archive<F> {
     /// The set of this identity in a slot; `None` when it is not there or does not decode.
     ///
     /// # Errors
-    /// [`ArchiveError::Flash`].
-    pub async fn read(
+    /// [`ArchiveError::Read`].
+    pub fn read(
         &mut self,
         slot: u8,
         id: SetId,
     ) -> Result<Option<CoefficientSet>, ArchiveError<F::Error>> {
-        let is_it = |entry: Entry| entry.id == Some(id);
         self.fetch(slot, |entry, encoded| {
             CoefficientSet::decode(encoded)
                 .ok()
-                .filter(|_| is_it(entry))
+                .filter(|_| entry.id == Some(id))
         })
-        .await
     }
 
     /// Stores an encoded set of `board`, which `entry` makes active in place of the set in slot `active`. Returns its place
@@ -145,7 +147,7 @@ impl<F: NorFlash> Archive<F> {
         if set.map(|set| set.board != *board)? {
             return Err(ArchiveError::OtherBoard);
         }
-        let [first, second] = slots_for_next(active, &self.history(0).await?);
+        let [first, second] = slots_for_next(active, &self.history(0)?);
         // No set lives across a wait, where it would take 600 bytes of RAM: the first result ends with its block.
         {
             let stored = self.store(first, entry, encoded).await;
@@ -159,12 +161,12 @@ impl<F: NorFlash> Archive<F> {
     /// Erases all sets and checks that none is left.
     ///
     /// # Errors
-    /// [`ArchiveError::Flash`], [`ArchiveError::ReadBack`].
+    /// [`ArchiveError::Flash`], [`ArchiveError::Read`], [`ArchiveError::ReadBack`].
     pub async fn erase(&mut self) -> Result<(), ArchiveError<F::Error>> {
         let end = self.start + u32::from(KEPT) * Self::PAGE;
         let erased = self.flash.erase(self.start, end).await;
         erased.map_err(ArchiveError::Flash)?;
-        if self.history(0).await?.is_empty() {
+        if self.history(0)?.is_empty() {
             Ok(())
         } else {
             Err(ArchiveError::ReadBack)
@@ -185,7 +187,7 @@ impl<F: NorFlash> Archive<F> {
         let as_written = |found, bytes: &_| {
             (found == *entry && bytes == encoded).then(|| Stored::new(slot, found, bytes))?
         };
-        let stored = self.fetch(slot, as_written).await?;
+        let stored = self.fetch(slot, as_written)?;
         stored.ok_or(ArchiveError::ReadBack)
     }
 
@@ -211,15 +213,13 @@ impl<F: NorFlash> Archive<F> {
     }
 
     /// Reads one slot and applies `take` to its entry and its encoded set.
-    async fn fetch<T>(
+    fn fetch<T>(
         &mut self,
         slot: u8,
         take: impl Fn(Entry, &[u8]) -> Option<T>,
     ) -> Result<Option<T>, ArchiveError<F::Error>> {
-        let mut record = [0; RECORD];
         let at = self.offset(slot);
-        let read = self.flash.read(at, &mut record).await;
-        read.map_err(ArchiveError::Flash)?;
+        let record = read(&mut self.flash, at).ok_or(ArchiveError::Read)?;
         Ok(parts(&record).and_then(|(entry, encoded)| take(entry, encoded)))
     }
 

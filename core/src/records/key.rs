@@ -13,6 +13,7 @@ use core::fmt;
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
+use super::reading::read;
 use crate::checksum::checksum;
 
 const RECORD: usize = 56;
@@ -66,10 +67,13 @@ impl StoredKey {
 
 /// Why a key could not be stored.
 #[derive(Debug, PartialEq, thiserror::Error)]
-pub enum KeyError<E> {
-    /// The flash failed.
-    #[error("the flash failed: {0:?}")]
-    Flash(E),
+pub enum KeyError {
+    /// The flash could not be read.
+    #[error("the flash cannot be read")]
+    Read,
+    /// The flash could not be erased.
+    #[error("the flash cannot be erased")]
+    Erase,
     /// A copy of the key does not read back as written.
     #[error("the key reads back differently from what was written; the flash may be worn out")]
     ReadBack,
@@ -95,14 +99,11 @@ impl<F: NorFlash> KeyPages<F> {
     /// The key in each page, by either copy of it.
     ///
     /// # Errors
-    /// [`KeyError::Flash`].
-    pub async fn load(&mut self) -> Result<[Option<StoredKey>; 2], KeyError<F::Error>> {
+    /// [`KeyError::Read`].
+    pub fn load(&mut self) -> Result<[Option<StoredKey>; 2], KeyError> {
         let mut keys = [None, None];
         for copy in 0..4 {
-            let mut bytes = [0; RECORD];
-            let at = self.place(copy);
-            let read = self.flash.read(at, &mut bytes).await;
-            read.map_err(KeyError::Flash)?;
+            let bytes = self.read(copy)?;
             if let Some(found) = StoredKey::decode(&bytes) {
                 keys[usize::from(copy / 2)] = Some(found);
             }
@@ -114,17 +115,14 @@ impl<F: NorFlash> KeyPages<F> {
     ///
     /// # Errors
     /// Every variant of [`KeyError`]; the page may then hold the key nevertheless.
-    pub async fn store(&mut self, page: u8, key: &StoredKey) -> Result<(), KeyError<F::Error>> {
+    pub async fn store(&mut self, page: u8, key: &StoredKey) -> Result<(), KeyError> {
         self.erase(page).await?;
         let record = key.encode();
         for copy in [2 * page, 2 * page + 1] {
             let at = self.place(copy);
             // A failed write shows when it is read back.
             let _ = self.flash.write(at, &record).await;
-            let mut bytes = [0; RECORD];
-            let read = self.flash.read(at, &mut bytes).await;
-            read.map_err(KeyError::Flash)?;
-            if bytes != record {
+            if self.read(copy)? != record {
                 return Err(KeyError::ReadBack);
             }
         }
@@ -134,11 +132,16 @@ impl<F: NorFlash> KeyPages<F> {
     /// Erases a page (0 or 1).
     ///
     /// # Errors
-    /// [`KeyError::Flash`].
-    pub async fn erase(&mut self, page: u8) -> Result<(), KeyError<F::Error>> {
+    /// [`KeyError::Erase`].
+    pub async fn erase(&mut self, page: u8) -> Result<(), KeyError> {
         let start = self.place(2 * page);
         let erased = self.flash.erase(start, start + Self::PAGE).await;
-        erased.map_err(KeyError::Flash)
+        erased.map_err(|_| KeyError::Erase)
+    }
+
+    fn read(&mut self, copy: u8) -> Result<[u8; RECORD], KeyError> {
+        let at = self.place(copy);
+        read(&mut self.flash, at).ok_or(KeyError::Read)
     }
 
     /// Where a copy (0 to 3) begins: two are in each page.

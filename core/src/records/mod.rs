@@ -12,6 +12,7 @@ pub mod build;
 pub mod flash;
 pub mod key;
 pub mod log;
+mod reading;
 pub mod record;
 
 pub use base::{BaseError, JackCoefficients, MotionBase};

@@ -11,12 +11,11 @@ use core::fmt;
 
 use nalgebra::{Matrix3, RealField, convert};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::base::{BaseError, JackCoefficients, MotionBase};
 use super::build::BuildId;
 use crate::channel::{Ratiometric, Triad};
-use crate::checksum::checksum;
+use crate::checksum::{checksum, sha256};
 use crate::facts::SUPPLY_FACTORS;
 
 /// Upper bound of the encoded length of a set, bytes: the longest has 621, 300 of them in the triads and 208 in base
@@ -221,7 +220,7 @@ impl CoefficientSet {
     /// Identity of an encoded set.
     #[must_use]
     pub fn id_of(encoded: &[u8]) -> SetId {
-        SetId::of_digest(&Sha256::digest(encoded).into())
+        SetId::of_digest(&sha256(encoded))
     }
 
     /// Checks that the numbers are usable.

@@ -106,6 +106,8 @@ pub struct Health {
     pub panic: Option<PanicMessage>,
     /// Option bytes of the chip.
     pub option_bytes: OptionBytes,
+    /// Places of the log's volume that are used; `None` for a flash of something else.
+    pub log_used: Option<u32>,
 }
 
 /// Length of a frame. Everything that is sent fits one, so an error here is a mistake of the build; the host asks again.

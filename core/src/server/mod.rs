@@ -162,6 +162,7 @@ impl<B: Board> Server<B> {
             Request::ReadSet { offset } => Command::Storage(StorageCommand::Read(offset)),
             Request::History { age } => Command::Storage(StorageCommand::History(age)),
             Request::Log { counter } => Command::Storage(StorageCommand::Log(counter)),
+            Request::LogProof { nonce } => Command::Storage(StorageCommand::LogProof(nonce)),
             Request::Challenge => Command::Storage(StorageCommand::Challenge),
             Request::Change { change, tag } => {
                 Command::Storage(StorageCommand::Change(change, tag))
@@ -323,6 +324,7 @@ impl<B: Board> Server<B> {
             option_bytes: health.option_bytes,
             supply_is_old: supply.is_old,
             key_damaged: health.key_damaged,
+            log_used: health.log_used,
         }
     }
 

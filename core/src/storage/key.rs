@@ -14,9 +14,8 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::Storage;
-use crate::records::Entry;
-use crate::records::key::{Key, StoredKey};
+use super::{Made, Storage};
+use crate::records::key::{Key, KeyPages, StoredKey};
 use crate::records::log::Reason;
 use crate::wire::message::LOG_ENTRIES;
 use crate::wire::{Refusal, Response};
@@ -55,14 +54,14 @@ impl KeyState {
 
 impl<F: NorFlash> Storage<F> {
     /// Finds the key in force; `had_one` tells whether the log or the archive shows that there is one.
-    pub(super) async fn find_key(&mut self, had_one: bool) -> Result<(), Refusal> {
-        let keys = self.keys().load().await.map_err(|_| Refusal::Flash)?;
+    pub(super) fn find_key(&mut self, had_one: bool) -> Result<(), Refusal> {
+        let keys = self.keys().load().map_err(|_| Refusal::Flash)?;
         let counter = |page: usize| keys[page].as_ref().map(|key| key.counter);
         let mut page = usize::from(counter(1) > counter(0));
         let has_spare = keys.iter().all(Option::is_some);
         if has_spare
             && let Some(newer) = &keys[page]
-            && !self.is_in_force(newer).await?
+            && !self.is_in_force(newer)?
         {
             page = 1 - page;
         }
@@ -79,27 +78,60 @@ impl<F: NorFlash> Storage<F> {
     }
 
     /// Whether the log has the entry of a key, or had it where it cannot be read any more.
-    async fn is_in_force(&mut self, key: &StoredKey) -> Result<bool, Refusal> {
-        let end = self.end;
+    fn is_in_force(&mut self, key: &StoredKey) -> Result<bool, Refusal> {
+        let (mut log, end) = self.log();
         if key.counter > end.last_counter() {
             return Ok(false);
         }
-        let entries = self.log().entries::<LOG_ENTRIES>(&end, key.counter).await;
+        // An entry of an earlier volume is its own: a volume begins only where there is no other key.
+        if key.counter < end.first {
+            return Ok(true);
+        }
+        let entries = log.entries::<LOG_ENTRIES>(end, key.counter);
         let entries = entries.map_err(|_| Refusal::Flash)?;
-        let its_own =
-            |entry: &Entry| entry.reason == Reason::Provision && entry.unix_s == key.unix_s;
         let of_counter = entries.first().filter(|entry| entry.counter == key.counter);
-        Ok(of_counter.is_none_or(its_own))
+        Ok(of_counter
+            .is_none_or(|entry| entry.reason == Reason::Provision && entry.unix_s == key.unix_s))
     }
 
     /// The entry of a first key, where a loss of power left it over.
-    pub(super) fn missing_entry(&self) -> Option<Entry> {
+    pub(super) fn unlogged_key(&self) -> Option<Made> {
         match &self.key {
             KeyState::InForce { stored, .. } if stored.counter > self.end.last_counter() => {
-                Some(self.entry(Reason::Provision, self.active_id(), stored.unix_s))
+                Some(Made {
+                    counter: stored.counter,
+                    reason: Reason::Provision,
+                    id: self.active_id(),
+                    unix_s: stored.unix_s,
+                })
             }
             _ => None,
         }
+    }
+
+    /// Erases a key that is not in force. It may stay: beside the other it never comes in force.
+    pub(super) async fn erase_spare(&mut self) {
+        if let KeyState::InForce {
+            page, has_spare, ..
+        } = &mut self.key
+            && *has_spare
+        {
+            let mut keys = KeyPages::new(&mut self.flash, self.layout.key());
+            // Whether it is gone shows when it is read back.
+            let _ = keys.erase(1 - *page).await;
+            *has_spare = !matches!(keys.load(), Ok([None, _] | [_, None]));
+        }
+    }
+
+    /// Whether there is a key that is not in force.
+    pub(super) fn has_spare(&self) -> bool {
+        matches!(
+            self.key,
+            KeyState::InForce {
+                has_spare: true,
+                ..
+            }
+        )
     }
 
     /// Puts a key in force in place of another.
@@ -112,27 +144,23 @@ impl<F: NorFlash> Storage<F> {
         };
         let old = self.key_page();
         let page = old.map_or(0, |old| 1 - old);
-        let mut made = self
-            .keys()
-            .store(page, &stored)
-            .await
-            .map_err(|_| Refusal::Flash);
+        let made = match self.keys().store(page, &stored).await {
+            Ok(()) => self.append(&entry).await,
+            Err(_) => Err(Refusal::Flash),
+        };
         if made.is_ok() {
-            made = self.append(&entry).await;
-        }
-        let mut useless = Some(page);
-        if made.is_ok() {
-            useless = old;
             self.key = KeyState::InForce {
                 page,
                 stored,
-                has_spare: false,
+                has_spare: old.is_some(),
             };
-        }
-        if let Some(page) = useless {
-            // A key that is not in force may stay: beside the other it never comes in force.
+        } else if let KeyState::InForce { has_spare, .. } = &mut self.key {
+            *has_spare = true;
+        } else {
             let _ = self.keys().erase(page).await;
         }
+        // The entry is there already, and the other key goes.
+        let _ = self.enter_owed().await;
         made.map(|()| Response::Done)
     }
 

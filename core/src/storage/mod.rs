@@ -9,6 +9,7 @@
 //!                               rollback ──────────────────▶ log
 //!                               factory reset ─────────────▶ log ──▶ archive erased
 //!                               provision ─────────────────▶ key beside the old one ──▶ log ──▶ old one erased
+//!                               new volume ────────────────▶ log
 //! ```
 //!
 //! The first step of each change decides, and for a key its entry in the log. When the power goes between two steps, the
@@ -34,6 +35,7 @@ use crate::records::{
     Archive, ArchiveError, BuildId, CoefficientSet, History, MAX_ENCODED, SetId, Stored,
 };
 use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
+use crate::wire::log::{Nonce, Volume};
 use crate::wire::message::{ActiveSet, CHUNK, Chunk, Kept};
 use crate::wire::{Refusal, Response};
 
@@ -54,6 +56,8 @@ pub enum StorageCommand {
     History(u8),
     /// Entries of the log from this counter on.
     Log(u32),
+    /// A proof of the log over this number of the host's.
+    LogProof(Nonce),
     /// A challenge.
     Challenge,
     /// A change, with its tag.
@@ -86,6 +90,27 @@ pub struct Active {
     slot: u8,
 }
 
+/// What an entry of the log says of a change.
+#[derive(Debug, Clone, Copy)]
+struct Made {
+    /// Counter that it has already in the archive or with the key, or zero: the log goes on there when its end is lost.
+    counter: u32,
+    reason: Reason,
+    id: Option<SetId>,
+    unix_s: u64,
+}
+
+impl Made {
+    fn of(entry: &Entry) -> Self {
+        Self {
+            counter: entry.counter,
+            reason: entry.reason,
+            id: entry.id,
+            unix_s: entry.unix_s,
+        }
+    }
+}
+
 /// The storage; owns the flash.
 pub struct Storage<F: NorFlash> {
     flash: F,
@@ -94,10 +119,12 @@ pub struct Storage<F: NorFlash> {
     /// The firmware; zeros until the start is complete.
     build: BuildId,
     end: End,
-    /// Entry of a change that is made and not logged: the power went in between, or the flash failed.
-    unlogged: Option<Entry>,
+    /// A change that is made and not logged: the power went in between, or the flash failed.
+    unlogged: Option<Made>,
     /// Whether the archive holds only sets from before the last factory reset.
     is_outdated: bool,
+    /// Whether the flash had no record at the start and is not erased.
+    is_foreign: bool,
     key: KeyState,
     active: Option<Active>,
     authority: Authority,
@@ -117,6 +144,7 @@ impl<F: NorFlash> Storage<F> {
             end: End::default(),
             unlogged: None,
             is_outdated: false,
+            is_foreign: false,
             key: KeyState::Damaged,
             active: None,
             authority: Authority::default(),
@@ -171,8 +199,9 @@ impl<F: NorFlash> Storage<F> {
                 self.active.as_ref().map(|active| active.set),
             )),
             StorageCommand::Read(offset) => self.read(offset),
-            StorageCommand::History(age) => self.history(age).await,
-            StorageCommand::Log(counter) => self.entries(counter).await,
+            StorageCommand::History(age) => self.history(age),
+            StorageCommand::Log(counter) => self.entries(counter),
+            StorageCommand::LogProof(nonce) => self.prove_log(&nonce),
             StorageCommand::Challenge => {
                 let mut challenge = [0; 16];
                 if !random(&mut challenge).await {
@@ -223,8 +252,8 @@ impl<F: NorFlash> Storage<F> {
         Ok(Response::SetBytes { offset, bytes })
     }
 
-    async fn history(&mut self, age: u8) -> Result<Response, Refusal> {
-        let history = self.kept().await?;
+    fn history(&mut self, age: u8) -> Result<Response, Refusal> {
+        let history = self.kept()?;
         Ok(Response::Kept(history.get(usize::from(age)).map(
             |stored| Kept {
                 sequence: stored.entry.counter,
@@ -237,33 +266,57 @@ impl<F: NorFlash> Storage<F> {
     }
 
     /// The sets since the last factory reset.
-    async fn kept(&mut self) -> Result<History, Refusal> {
-        let reset = self.end.reset;
-        self.archive().history(reset).await.map_err(refusal)
+    fn kept(&mut self) -> Result<History, Refusal> {
+        let reset = self.end.reset();
+        self.archive().history(reset).map_err(refusal)
     }
 
-    async fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
-        let end = self.end;
-        let entries = self.log().entries(&end, counter).await;
-        Ok(Response::Log {
-            last: end.last_counter(),
-            entries: entries.map_err(|_| Refusal::Flash)?,
-        })
+    fn entries(&mut self, counter: u32) -> Result<Response, Refusal> {
+        let (mut log, end) = self.log();
+        let last = end.last_counter();
+        let entries = log.entries(end, counter).map_err(|_| Refusal::Flash)?;
+        Ok(Response::Log { last, entries })
     }
 
+    /// Places of the log's volume that are used; `None` when the flash has no record of this firmware and is not erased.
+    #[must_use]
+    pub fn log_used(&mut self) -> Option<u32> {
+        let is_foreign = self.is_foreign;
+        let (log, end) = self.log();
+        (!is_foreign || end.last.is_some()).then(|| log.used(end))
+    }
+
+    /// The log's volume, signed with the key.
+    fn prove_log(&self, nonce: &Nonce) -> Result<Response, Refusal> {
+        let key = self.key.in_force()?;
+        let volume = Volume {
+            first: self.end.first,
+            last: self.end.last_counter(),
+            head: self.end.head(),
+            build: self.build,
+        };
+        let mac = authority::log_mac(key, nonce, &self.board, &volume);
+        Ok(Response::LogProof { volume, mac })
+    }
+
+    /// The next entry of the log.
     fn entry(&self, reason: Reason, id: Option<SetId>, unix_s: u64) -> Entry {
         Entry {
             counter: self.end.next_counter(),
             reason,
             unix_s,
             id,
-            previous: self.active_id(),
+            previous: self.end.last.and_then(|last| last.id),
+            build: self.build,
+            chain: self.end.head(),
+            reset: self.end.reset(),
+            page: self.end.page(),
         }
     }
 
     /// Reads the active set from the flash again, so that no flaw of the RAM stays in it. Where the flash gives it no more,
     /// the set in RAM stays; the next start looks for another.
-    pub async fn refresh(&mut self) {
+    pub fn refresh(&mut self) {
         let Some((slot, id)) = self
             .active
             .as_ref()
@@ -271,14 +324,14 @@ impl<F: NorFlash> Storage<F> {
         else {
             return;
         };
-        let read = self.archive().read(slot, id).await;
+        let read = self.archive().read(slot, id);
         if let (Ok(Some(content)), Some(active)) = (read, &mut self.active) {
             active.content = content;
         }
     }
 
-    async fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
-        let set = self.archive().read(stored.slot, stored.id).await;
+    fn read_set(&mut self, stored: &Stored) -> Result<CoefficientSet, Refusal> {
+        let set = self.archive().read(stored.slot, stored.id);
         let set = set.map_err(refusal)?;
         set.ok_or(Refusal::Flash)
     }
@@ -313,8 +366,10 @@ impl<F: NorFlash> Storage<F> {
         KeyPages::new(&mut self.flash, self.layout.key())
     }
 
-    fn log(&mut self) -> Log<&mut F> {
-        Log::new(&mut self.flash, self.layout.log())
+    /// The log, and its end.
+    fn log(&mut self) -> (Log<&mut F>, &mut End) {
+        let log = Log::new(&mut self.flash, self.layout.log());
+        (log, &mut self.end)
     }
 }
 
@@ -322,6 +377,6 @@ fn refusal<E>(error: ArchiveError<E>) -> Refusal {
     match error {
         ArchiveError::Record(error) => Refusal::Record(error),
         ArchiveError::OtherBoard => Refusal::OtherBoard,
-        ArchiveError::Flash(_) | ArchiveError::ReadBack => Refusal::Flash,
+        ArchiveError::Flash(_) | ArchiveError::Read | ArchiveError::ReadBack => Refusal::Flash,
     }
 }

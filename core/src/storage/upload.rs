@@ -5,9 +5,9 @@
 //! commands.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use sha2::{Digest, Sha256};
 
-use super::{Storage, UPLOAD_MS, refusal};
+use super::{Made, Storage, UPLOAD_MS, refusal};
+use crate::checksum::sha256;
 use crate::facts::FlashLayout;
 use crate::records::log::Reason;
 use crate::records::{Archive, MAX_ENCODED, SetId};
@@ -32,7 +32,7 @@ impl Upload {
         if expected != self.length {
             return Err(Refusal::OutOfOrder { expected });
         }
-        if Sha256::digest(&self.bytes)[..] != self.digest {
+        if sha256(&self.bytes) != self.digest {
             return Err(Refusal::WrongIdentity);
         }
         Ok(SetId::of_digest(&self.digest))
@@ -50,6 +50,9 @@ impl<F: NorFlash> Storage<F> {
         if length == 0 || usize::from(length) > MAX_ENCODED {
             let limit = MAX_ENCODED as u16;
             return Err(Refusal::Length { length, limit });
+        }
+        if self.active_id() == Some(SetId::of_digest(&digest)) {
+            return Err(Refusal::AlreadyActive);
         }
         self.upload = Some(Upload {
             length,
@@ -103,7 +106,8 @@ impl<F: NorFlash> Storage<F> {
         let appended = archive.append(&entry, &upload.bytes, slot, &self.board);
         let (stored, content) = appended.await.map_err(refusal)?;
         self.activate(&stored, content);
-        self.follow_up(&entry).await?;
+        self.unlogged = Some(Made::of(&entry));
+        self.enter_owed().await?;
         self.committed()
     }
 }

@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::records::SetId;
 pub use crate::records::key::Key;
+use crate::records::log::Reason;
 
 /// Random bytes that a tag answers.
 pub type Challenge = [u8; 16];
@@ -73,4 +74,23 @@ pub enum Act {
     FactoryReset,
     /// The key from now on. The key before it makes the tag; on a board without a key, this key does.
     Provision(Key),
+    /// The log's volume is closed, and its next entries are those of another.
+    NewVolume {
+        /// Counter of its last entry: a volume that has got another since it was exported stays open.
+        last: u32,
+    },
+}
+
+impl Act {
+    /// The reason of its entry in the log.
+    #[must_use]
+    pub const fn reason(&self) -> Reason {
+        match self {
+            Self::Upload { .. } => Reason::Upload,
+            Self::Rollback(_) => Reason::Rollback,
+            Self::FactoryReset => Reason::FactoryReset,
+            Self::Provision(_) => Reason::Provision,
+            Self::NewVolume { .. } => Reason::NewVolume,
+        }
+    }
 }

@@ -12,6 +12,7 @@ use crate::records::{BuildId, SetId};
 use crate::sampling::BlockSize;
 use crate::wire::change::{Challenge, Change, ProofChallenge, Statement, Tag};
 use crate::wire::frame::{self, FrameError, Kind};
+use crate::wire::log::{Nonce, Volume};
 use crate::wire::pose::PoseRefusal;
 use crate::wire::refusal::Refusal;
 use crate::wire::status::{ResetCause, Status};
@@ -19,7 +20,7 @@ use crate::wire::status::{ResetCause, Status};
 /// Bytes of a coefficient set that travel in one message.
 pub const CHUNK: usize = 128;
 /// Log entries that travel in one message.
-pub const LOG_ENTRIES: usize = 8;
+pub const LOG_ENTRIES: usize = 4;
 /// A piece of an encoded coefficient set.
 pub type Chunk = heapless::Vec<u8, CHUNK>;
 
@@ -73,8 +74,7 @@ pub enum Request {
     /// Random bytes for the tag of a change → [`Response::Challenge`].
     Challenge,
     /// A change of what the board keeps, see [`super::change`]. It ends an upload under way → [`Response::Done`] for an
-    /// upload, whose pieces may then come, and for a key;
-    /// [`Response::Committed`] for a rollback;
+    /// upload, whose pieces may then come, for a key and for a new volume; [`Response::Committed`] for a rollback;
     /// [`Response::Erased`] for a factory reset.
     Change {
         /// What to do.
@@ -114,6 +114,11 @@ pub enum Request {
         /// Random bytes of the host.
         #[serde(deserialize_with = "crate::bytes::read")]
         challenge: ProofChallenge,
+    },
+    /// Sign the log, see [`super::log`] → [`Response::LogProof`].
+    LogProof {
+        /// A number of the host's.
+        nonce: Nonce,
     },
 }
 
@@ -213,6 +218,13 @@ pub enum Response {
         statement: Statement,
         /// Made with the key.
         tag: Tag,
+    },
+    /// The log's volume, signed.
+    LogProof {
+        /// What is signed.
+        volume: Volume,
+        /// The signature.
+        mac: Tag,
     },
 }
 

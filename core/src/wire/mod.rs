@@ -21,6 +21,7 @@
 pub mod change;
 pub mod frame;
 pub mod hello;
+pub mod log;
 pub mod message;
 pub mod pose;
 pub mod refusal;

@@ -129,12 +129,12 @@ pub enum Refusal {
     /// No kept set has this identity.
     #[error("the board keeps no set of this identity; see those it keeps with `hexsense history`")]
     NoSuchSet,
-    /// A rollback to the set that is active.
+    /// A rollback to the set that is active, or an upload of it.
     #[error("this set is the active one already")]
     AlreadyActive,
     /// No place is left in the log.
     #[error(
-        "the log of changes is full, and a change that could not be logged is not made; save the log and replace the board"
+        "the log of changes is full, and a change that could not be logged is not made; export the log and begin its next volume with `hexsense log --export FILE --new-volume`"
     )]
     LogFull,
     /// The change is made, but its entry is not in the log.
@@ -193,4 +193,9 @@ pub enum Refusal {
         "the board has this key already, and nothing has changed; make another for it with `hexsense provision`"
     )]
     SameKey,
+    /// A new volume of a log that has got entries since the host read it.
+    #[error(
+        "the log has got another entry since it was read, so no new volume was begun; export the log again"
+    )]
+    LogMoved,
 }

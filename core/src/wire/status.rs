@@ -277,6 +277,9 @@ pub struct Status {
     pub supply_is_old: bool,
     /// Whether the board had a key and cannot read it any more; it takes no changes then.
     pub key_damaged: bool,
+    /// Places of the log's volume that are used, of [`capacity`](crate::records::log::capacity).
+    /// `None` when the flash has no record of this firmware and is not erased: the first key makes it the board's.
+    pub log_used: Option<u32>,
 }
 
 /// Core cycles from the first to the last instruction of the sample path, since the converters last started; all zero

@@ -46,7 +46,7 @@ pub static BASES: LazyLock<[Nor; 5]> = LazyLock::new(|| {
     let first = after(&two, |key_holder| {
         key_holder.change(&KEYS[0], Act::Rollback(id(&CONTENTS[0])))
     });
-    let full = (0..20).fold(one.clone(), |nor, number| {
+    let full = (1..=20).fold(one.clone(), |nor, number| {
         after(&nor, |key_holder| {
             key_holder.upload(&KEYS[0], &CONTENTS[number % GOOD])
         })

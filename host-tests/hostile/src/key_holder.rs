@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use hexsense_core::authority::tag;
-use hexsense_core::records::{CoefficientSet, Entry, SetId};
+use hexsense_core::records::{BuildId, CoefficientSet, Entry, SetId};
 use hexsense_core::storage::{Storage, StorageCommand};
 use hexsense_core::wire::change::{Act, Challenge, Change, Key, Tag};
 use hexsense_core::wire::message::{CHUNK, Chunk};
@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 use crate::nor_flash::{Fault, Nor, PAGE, layout};
 use crate::sets::{BOARD, BUILD};
 
-/// Pages of the memory: archive, key, and a log of 204 places. The board's is longer.
+/// Pages of the memory: archive, key, and a log of 128 places. The board's is longer.
 pub const PAGES: usize = 14;
 /// Key of the board.
 pub const KEY: Key = Key(*b"the key of the board, 32 bytes..");
@@ -73,11 +73,16 @@ pub struct KeyHolder<F: NorFlash> {
 impl<F: NorFlash> KeyHolder<F> {
     /// Starts a board with this flash, and returns the result of the start.
     pub fn start(flash: F) -> (Self, Result<(), Refusal>) {
+        Self::start_with(flash, BUILD)
+    }
+
+    /// Starts a board with this flash and firmware.
+    pub fn start_with(flash: F, build: BuildId) -> (Self, Result<(), Refusal>) {
         let pages = flash.capacity() / PAGE;
         let mut storage = Storage::new(flash, layout(pages), BOARD);
         let started = block_on(async {
-            storage.load().await?;
-            storage.complete(BUILD).await
+            storage.load()?;
+            storage.complete(build).await
         });
         let key_holder = Self {
             storage,

@@ -82,6 +82,8 @@ pub struct Nor {
     bytes: Vec<u8>,
     /// Operations begun since the flash was made.
     pub operations: u32,
+    /// Reads since then.
+    pub reads: u32,
     /// Erasures of each page.
     pub erasures: Vec<u32>,
     /// Number of operations that still complete before the power goes.
@@ -101,6 +103,7 @@ impl Nor {
         Self {
             bytes: vec![ERASED; pages * PAGE],
             operations: 0,
+            reads: 0,
             erasures: vec![0; pages],
             cut: None,
             powered: true,
@@ -217,6 +220,7 @@ impl ReadNorFlash for Nor {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
         let start = self.check(offset, bytes.len(), Self::READ_SIZE)?;
+        self.reads += 1;
         bytes.copy_from_slice(&self.bytes[start..start + bytes.len()]);
         Ok(())
     }

@@ -13,7 +13,7 @@ use hexsense_core::facts::FlashLayout;
 use hexsense_core::live_pose::{JackBlock, Tracker};
 use hexsense_core::records::key::{KeyPages, StoredKey};
 use hexsense_core::records::log::{End, Log, Reason};
-use hexsense_core::records::{Archive, CoefficientSet, Entry, MAX_ENCODED, SetId};
+use hexsense_core::records::{Archive, BuildId, CoefficientSet, Entry, MAX_ENCODED, SetId};
 use hexsense_core::sampling::Calibrator;
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::{Refusal, Response};
@@ -122,6 +122,8 @@ fn flash(input: &mut Input) {
                     counter: u32::from(input.byte()) % (LOGGED[base] + 2),
                     reason: Reason::Upload,
                     id: Some(id(content)),
+                    reset: 0,
+                    page: 0,
                     ..entry(input)
                 };
                 let slot = input.byte() % 8;
@@ -161,6 +163,8 @@ fn entry(input: &mut Input) -> Entry {
         Reason::FactoryReset,
         Reason::Provision,
         Reason::Fallback,
+        Reason::FirmwareChange,
+        Reason::NewVolume,
     ];
     let named = |input: &mut Input| -> Option<SetId> {
         let pick = input.byte();
@@ -177,6 +181,10 @@ fn entry(input: &mut Input) -> Entry {
         unix_s: 0,
         id: named(input),
         previous: named(input),
+        build: BuildId([input.byte(); 8]),
+        chain: [input.byte(); 16],
+        reset: input.short().into(),
+        page: input.short(),
     }
 }
 
@@ -193,7 +201,7 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
     if key_holder.storage.is_key_damaged() {
         return takes_no_change(nor, &mut key_holder);
     }
-    let found = block_on(keys(nor).load()).unwrap();
+    let found = keys(nor).load().unwrap();
     let key: Key = found
         .into_iter()
         .flatten()
@@ -204,7 +212,10 @@ fn started(nor: &RefCell<Nor>, is_sound: bool) {
         return;
     }
     assert!(
-        matches!(uploaded, Ok(Response::Committed(_))),
+        matches!(
+            uploaded,
+            Ok(Response::Committed(_)) | Err(Refusal::AlreadyActive)
+        ),
         "{uploaded:?}"
     );
     let (key_holder, started) = KeyHolder::start(Shared(nor));

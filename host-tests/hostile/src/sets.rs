@@ -83,5 +83,9 @@ pub fn uploaded(number: u32) -> Entry {
         unix_s: 1_790_000_000 + u64::from(number),
         id: Some(CoefficientSet::id_of(&encoded(&numbered(number)))),
         previous: None,
+        build: BUILD,
+        chain: [0; 16],
+        reset: 0,
+        page: 0,
     }
 }

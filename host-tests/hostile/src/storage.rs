@@ -124,8 +124,16 @@ impl<'f> Attack<'f> {
         }
     }
 
-    fn act(&self, input: &mut Input) -> Act {
-        match input.byte() % 8 {
+    fn act(&mut self, input: &mut Input) -> Act {
+        let byte = input.byte();
+        if byte >= 248 {
+            let proof = self.key_holder.ask(StorageCommand::LogProof([byte; 32]));
+            return match proof {
+                Ok(Response::LogProof { volume, .. }) => Act::NewVolume { last: volume.last },
+                _ => Act::NewVolume { last: 0 },
+            };
+        }
+        match byte % 8 {
             0..3 => upload_of(&CONTENTS[usize::from(input.byte()) % CONTENTS.len()]),
             3 => Act::Upload {
                 length: input.short(),
@@ -210,6 +218,7 @@ impl<'f> Attack<'f> {
                 }
                 self.settle(&answer, Some(None), before);
             }
+            Act::NewVolume { .. } => self.settle(&answer, None, before),
             Act::Provision(key) => {
                 if answer.is_ok() {
                     self.keys = vec![Some(key)];
@@ -334,6 +343,7 @@ impl<'f> Attack<'f> {
             let key = key.as_ref().unwrap_or(&KEYS[0]);
             match self.key_holder.upload(key, content) {
                 Err(Refusal::WrongTag) => false,
+                Err(Refusal::AlreadyActive) => self.key_holder.active() == Some(id(content)),
                 answer => {
                     assert!(matches!(answer, Ok(Response::Committed(_))), "{answer:?}");
                     true
@@ -348,17 +358,15 @@ impl<'f> Attack<'f> {
     }
 }
 
-/// Counters have no gap, each entry follows on the one before, and the last names the active set.
+/// Each entry carries the hash of the one before and follows on it, and the last names the active set.
 fn in_order(log: &[Entry], active: Option<SetId>) {
-    assert!(
-        log.iter()
-            .map(|entry| entry.counter)
-            .eq(1..=log.len() as u32),
-        "{log:?}"
-    );
+    let first = log.first().map_or(1, |entry| entry.counter);
+    let counters = log.iter().map(|entry| entry.counter);
+    assert!(counters.eq(first..first + log.len() as u32), "{log:?}");
     assert_eq!(log.last().and_then(|entry| entry.id), active);
     for pair in log.windows(2) {
         assert_eq!(pair[1].previous, pair[0].id, "{log:?}");
+        assert_eq!(pair[1].chain, pair[0].hash(), "{log:?}");
     }
     let lost = log.iter().any(|entry| entry.reason == Reason::Fallback);
     assert!(!lost, "an active set was lost: {log:?}");

@@ -11,7 +11,7 @@ pub const PAGES: usize = 8;
 /// Appends set `number` in place of the newest; none when the power goes.
 pub fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
     let mut archive = Archive::new(nor, 0);
-    let active = block_on(archive.history(0)).ok()?;
+    let active = archive.history(0).ok()?;
     let active = active.first().map(|newest| newest.slot);
     let set = encoded(&numbered(number));
     let appended = block_on(archive.append(&uploaded(number), &set, active, &BOARD));
@@ -21,9 +21,12 @@ pub fn append(nor: &mut Nor, number: u32) -> Option<Stored> {
 /// The newest set and its place.
 pub fn newest(nor: &mut Nor) -> Option<(Stored, CoefficientSet)> {
     let mut archive = Archive::new(nor, 0);
-    let history = block_on(archive.history(0)).expect("it can be read after any power cut");
+    let history = archive
+        .history(0)
+        .expect("it can be read after any power cut");
     let newest = *history.first()?;
-    let set =
-        block_on(archive.read(newest.slot, newest.id)).expect("it can be read after any power cut");
+    let set = archive
+        .read(newest.slot, newest.id)
+        .expect("it can be read after any power cut");
     Some((newest, set.expect("what history tells can be read")))
 }

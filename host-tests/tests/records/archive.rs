@@ -47,7 +47,7 @@ fn the_active_set_is_never_overwritten_however_old_it_is() {
         let (entry, set) = (uploaded(number), encoded(&numbered(number)));
         let mut archive = Archive::new(&mut nor, 0);
         block_on(archive.append(&entry, &set, Some(pinned.slot), &BOARD)).unwrap();
-        let history = block_on(archive.history(0)).unwrap();
+        let history = archive.history(0).unwrap();
         assert_eq!(history.last(), Some(&pinned));
         assert_eq!(history.len(), 8.min(number as usize));
     }
@@ -118,7 +118,7 @@ fn the_last_eight_are_kept_newest_first_and_none_from_before_a_reset() {
         append(&mut nor, number).unwrap();
         let mut archive = Archive::new(&mut nor, 0);
         let mut kept = |after| {
-            let kept = block_on(archive.history(after)).unwrap();
+            let kept = archive.history(after).unwrap();
             kept.iter()
                 .map(|kept| kept.entry.counter)
                 .collect::<Vec<_>>()

@@ -1,9 +1,10 @@
 //! Only the key holder changes anything, and a recorded exchange cannot be used again.
 
-use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, tag};
-use hexsense_core::records::SetId;
+use hexsense_core::authority::{CHALLENGE_MS, MAX_WAIT_MS, log_mac, tag};
+use hexsense_core::records::{BuildId, SetId};
 use hexsense_core::storage::{StorageCommand, UPLOAD_MS};
 use hexsense_core::wire::change::{Act, Change, Key};
+use hexsense_core::wire::log::Volume;
 use hexsense_core::wire::{Refusal, Response};
 use host_tests::nor_flash::Nor;
 use host_tests::sets::{BOARD, encoded, numbered};
@@ -25,6 +26,25 @@ fn a_tag_is_the_hmac_that_others_compute() {
     assert_eq!(
         hex,
         "4720332b51ca7a0245335b4c8f1a92408595e51510373286a3ed14a162a96fba"
+    );
+}
+
+/// Computed with Python's `hmac`, `hashlib` and `struct`.
+#[test]
+fn the_proof_of_a_log_is_the_hmac_that_others_compute() {
+    let key = Key(std::array::from_fn(|index| index as u8));
+    let nonce = std::array::from_fn(|index| 0x40 + index as u8);
+    let volume = Volume {
+        first: 0x0102_0304,
+        last: 0x1112_1314,
+        head: std::array::from_fn(|index| 0x60 + index as u8),
+        build: BuildId([0x81; 8]),
+    };
+    let mac = log_mac(&key, &nonce, &BOARD, &volume);
+    let hex: String = mac.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(
+        hex,
+        "62099aabd3a3e3f51fca4238b0ad30ece45044e29375a65ac1a88b94e447a3f1"
     );
 }
 
@@ -141,8 +161,11 @@ fn a_challenge_expires_and_serves_once() {
 fn an_unlocked_upload_expires() {
     let mut nor = Nor::new(PAGES);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
-    let bytes = encoded(&numbered(3));
-    for (wait_ms, expected) in [(UPLOAD_MS, None), (UPLOAD_MS + 1, Some(Refusal::Expired))] {
+    for (number, wait_ms, expected) in [
+        (3, UPLOAD_MS, None),
+        (4, UPLOAD_MS + 1, Some(Refusal::Expired)),
+    ] {
+        let bytes = encoded(&numbered(number));
         key_holder.change(&KEY, upload_of(&bytes)).unwrap();
         key_holder.now_ms += wait_ms;
         assert_eq!(
@@ -247,6 +270,7 @@ fn nothing_that_is_asked_gives_the_key_away() {
             StorageCommand::Read(u16::from(number) * 16),
             StorageCommand::History(number),
             StorageCommand::Log(number.into()),
+            StorageCommand::LogProof([number; 32]),
             StorageCommand::Challenge,
         ];
         answers.extend(commands.map(|command| format!("{:?}", key_holder.ask(command))));

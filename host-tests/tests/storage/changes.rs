@@ -4,18 +4,20 @@ use std::cell::RefCell;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
+use hexsense_core::authority::log_mac;
 use hexsense_core::facts::FlashLayout;
-use hexsense_core::records::log::{Log, Reason};
-use hexsense_core::records::{CoefficientSet, Entry, MAX_ENCODED, RecordError};
+use hexsense_core::records::log::{Log, Reason, capacity};
+use hexsense_core::records::{BuildId, CoefficientSet, Entry, MAX_ENCODED, RecordError};
 use hexsense_core::storage::{Storage, StorageCommand};
 use hexsense_core::wire::change::Act;
+use hexsense_core::wire::log::Volume;
 use hexsense_core::wire::message::Chunk;
 use hexsense_core::wire::{Refusal, Response};
-use host_tests::nor_flash::{Nor, layout};
-use host_tests::sets::{encoded, numbered};
+use host_tests::nor_flash::{Nor, PAGE, layout};
+use host_tests::sets::{BOARD, BUILD, encoded, numbered};
 use hostile::key_holder::Shared;
 
-use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES, acts, id, upload_of};
+use crate::key_holder::{KEY, KeyHolder, OTHER_KEY, PAGES, id, upload_of};
 
 #[test]
 fn an_upload_becomes_active_and_stays_so_over_a_start() {
@@ -111,7 +113,7 @@ fn a_set_for_another_board_is_refused_and_one_that_came_with_its_flash_is_not_us
     key_holder.upload(1).unwrap();
     drop(key_holder);
     let mut elsewhere = Storage::new(&mut nor, layout(PAGES), [8; 12]);
-    block_on(elsewhere.load()).unwrap();
+    elsewhere.load().unwrap();
     assert!(elsewhere.active().is_none());
 }
 
@@ -336,36 +338,161 @@ fn any_change_ends_an_upload_under_way() {
     assert_eq!(key_holder.active(), Some(numbered(1)));
 }
 
-/// A log of 118 pages has 6,041 places, of which the last eight are the reserve.
+/// Of 118 pages of 32 places one stays free; eight places are for those that fail, and sixteen for new keys.
 #[test]
-fn with_a_full_log_no_change_is_made_and_what_is_active_stays() {
+fn with_a_full_log_no_change_is_made_but_of_the_key_and_a_new_volume_makes_room() {
     let mut nor = Nor::new(PAGES);
     drop(KeyHolder::with_sets(&mut nor, 2));
     let mut log = Log::new(&mut nor, layout(PAGES).log());
-    let mut end = block_on(log.end()).unwrap();
-    for counter in 4..=6_032 {
+    let mut end = log.end().unwrap();
+    for counter in 4..=3_719 {
         let entry = Entry {
             counter,
             reason: Reason::Rollback,
             previous: Some(id(2)),
+            chain: end.head(),
             ..end.last.unwrap()
         };
         block_on(log.append(&mut end, &entry)).unwrap();
     }
+    assert_eq!(capacity(&layout(PAGES)), 3_720);
     let mut key_holder = KeyHolder::start(&mut nor);
     let last = key_holder.roll_back(1);
     assert!(matches!(last, Ok(Response::Committed(active)) if active.id == id(1)));
+    assert_eq!(key_holder.storage.log_used(), Some(3_720));
     drop(key_holder);
     let operations = nor.operations;
     let mut key_holder = KeyHolder::start(&mut nor);
-    let refused = acts()
-        .into_iter()
-        .filter(|act| *act != Act::Rollback(id(1)));
-    for act in refused.chain([Act::Rollback(id(2))]) {
+    for act in [
+        upload_of(&encoded(&numbered(3))),
+        Act::FactoryReset,
+        Act::Rollback(id(2)),
+    ] {
         assert_eq!(key_holder.change(&KEY, act), Err(Refusal::LogFull));
     }
     assert_eq!(key_holder.active(), Some(numbered(1)));
-    assert_eq!(key_holder.log().len(), 6_033);
     drop(key_holder);
     assert_eq!(nor.operations, operations);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    for key in 0..16 {
+        let keys = [KEY, OTHER_KEY];
+        let [old, new] = [key, key + 1].map(|key| keys[key % 2].clone());
+        let replaced = key_holder.change(&old, Act::Provision(new));
+        assert_eq!(replaced, Ok(Response::Done));
+    }
+    let full = key_holder.change(&KEY, Act::Provision(OTHER_KEY));
+    assert_eq!(full, Err(Refusal::LogFull));
+    let before = key_holder.log();
+    assert_eq!(before.len(), 3_736);
+    assert_eq!(key_holder.new_volume(), Ok(Response::Done));
+    let log = key_holder.log();
+    let told = log
+        .iter()
+        .map(|entry| (entry.counter, entry.reason, entry.chain));
+    let head = before.last().unwrap().hash();
+    assert!(told.eq([(3_737, Reason::NewVolume, head)]));
+    key_holder.upload(3).unwrap();
+    assert_eq!(key_holder.storage.log_used(), Some(2));
+}
+
+#[test]
+fn a_volume_that_has_got_another_entry_since_it_was_read_stays_open() {
+    let mut nor = Nor::new(PAGES);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    key_holder.roll_back(1).unwrap();
+    let moved = key_holder.change(&KEY, Act::NewVolume { last: 3 });
+    assert_eq!(moved, Err(Refusal::LogMoved));
+    assert_eq!(key_holder.log().len(), 4);
+}
+
+#[test]
+fn the_set_that_is_active_is_no_change_when_it_is_uploaded_again() {
+    let mut nor = Nor::new(PAGES);
+    let mut key_holder = KeyHolder::with_sets(&mut nor, 2);
+    key_holder.roll_back(1).unwrap();
+    for _ in 0..2 {
+        assert_eq!(key_holder.upload(1), Err(Refusal::AlreadyActive));
+        assert_eq!(key_holder.history(), [id(2), id(1)]);
+        assert_eq!(key_holder.log().len(), 4);
+        drop(key_holder);
+        let operations = nor.operations;
+        key_holder = KeyHolder::start(&mut nor);
+        assert_eq!(key_holder.upload(1), Err(Refusal::AlreadyActive));
+        drop(key_holder);
+        assert_eq!(nor.operations, operations);
+        key_holder = KeyHolder::start(&mut nor);
+    }
+}
+
+#[test]
+fn another_firmware_is_an_entry_of_its_own_and_every_entry_names_its_build() {
+    let mut nor = Nor::new(PAGES);
+    drop(KeyHolder::with_sets(&mut nor, 1));
+    let other = BuildId([0xB2; 8]);
+    for build in [other, other, BUILD] {
+        let started = hostile::key_holder::KeyHolder::start_with(&mut nor, build);
+        let (mut key_holder, started) = started;
+        assert_eq!(started, Ok(()));
+        assert_eq!(key_holder.log().last().unwrap().build, build);
+    }
+    let mut key_holder = KeyHolder::start(&mut nor);
+    key_holder.upload(2).unwrap();
+    let log = key_holder.log();
+    let told = log
+        .iter()
+        .skip(1)
+        .map(|entry| (entry.reason, entry.build, entry.id, entry.unix_s));
+    let (one, at) = (Some(id(1)), 1_790_000_000);
+    let expected = [
+        (Reason::Upload, BUILD, one, at),
+        (Reason::FirmwareChange, other, one, 0),
+        (Reason::FirmwareChange, BUILD, one, 0),
+        (Reason::Upload, BUILD, Some(id(2)), at),
+    ];
+    assert!(told.eq(expected), "{log:?}");
+}
+
+#[test]
+fn a_log_is_proven_with_the_key_only_and_anew_after_each_entry() {
+    let mut nor = Nor::new(PAGES);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    let nonce = [0x5A; 32];
+    let refused = key_holder.ask(StorageCommand::LogProof(nonce));
+    assert_eq!(refused, Err(Refusal::Unprovisioned));
+    key_holder.provision();
+    for number in 1..3 {
+        key_holder.upload(number).unwrap();
+        let last = *key_holder.log().last().unwrap();
+        let volume = Volume {
+            first: 1,
+            last: last.counter,
+            head: last.hash(),
+            build: BUILD,
+        };
+        let mac = log_mac(&KEY, &nonce, &BOARD, &volume);
+        let proof = key_holder.ask(StorageCommand::LogProof(nonce));
+        assert_eq!(proof, Ok(Response::LogProof { volume, mac }));
+    }
+}
+
+/// A bank that something else was in: no record of ours, and not a single erased word.
+#[test]
+fn foreign_content_of_the_flash_is_told_and_takes_no_place() {
+    let mut nor = Nor::new(PAGES);
+    assert_eq!(KeyHolder::start(&mut nor).storage.log_used(), Some(0));
+    let foreign: Vec<u8> = (0..PAGES * PAGE).map(|at| (at * 37 % 253) as u8).collect();
+    nor.overwrite(0, &foreign);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.storage.log_used(), None);
+    assert_eq!((key_holder.active(), key_holder.log()), (None, vec![]));
+    key_holder.provision();
+    assert_eq!(key_holder.storage.log_used(), Some(1));
+    for number in 1..=40 {
+        key_holder.upload(number).unwrap();
+    }
+    drop(key_holder);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.active(), Some(numbered(40)));
+    assert_eq!(key_holder.log().len(), 41);
+    assert_eq!(key_holder.history().len(), 8);
 }

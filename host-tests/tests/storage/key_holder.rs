@@ -70,6 +70,12 @@ impl<'f> KeyHolder<'f> {
         self.0.upload(&KEY, &encoded(&numbered(number)))
     }
 
+    /// Begins a new volume of the log.
+    pub fn new_volume(&mut self) -> Result<Response, Refusal> {
+        let last = self.log().last().unwrap().counter;
+        self.change(&KEY, Act::NewVolume { last })
+    }
+
     pub fn roll_back(&mut self, number: u32) -> Result<Response, Refusal> {
         self.change(&KEY, Act::Rollback(id(number)))
     }
@@ -111,5 +117,6 @@ pub fn acts() -> Vec<Act> {
         Act::Rollback(id(1)),
         Act::FactoryReset,
         Act::Provision(OTHER_KEY),
+        Act::NewVolume { last: 1 },
     ]
 }

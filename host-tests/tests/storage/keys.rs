@@ -208,6 +208,48 @@ fn a_key_whose_entry_the_log_did_not_take_never_comes_in_force() {
     keeps_the_old_key(&mut nor, "the entry of an upload");
 }
 
+/// In the next volume the entry that has the number of the other key cannot be looked up any more.
+#[test]
+fn a_key_that_is_not_in_force_and_cannot_be_erased_keeps_the_volume_open() {
+    let mut nor = board();
+    let page = (KEY_PAGES + PAGE) as u32;
+    let pending = StoredKey {
+        counter: 4,
+        unix_s: 1_790_000_000,
+        key: OTHER_KEY,
+    };
+    block_on(KeyPages::new(&mut nor, KEY_PAGES as u32).store(1, &pending)).unwrap();
+    nor.worn_out = page..page + PAGE as u32;
+    let mut key_holder = KeyHolder::start(&mut nor);
+    key_holder.upload(3).unwrap();
+    assert_eq!(key_holder.new_volume(), Err(Refusal::Flash));
+    drop(key_holder);
+    keeps_the_old_key(&mut nor, "a page that stays");
+    nor.worn_out = 0..0;
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(key_holder.new_volume(), Ok(Response::Done));
+    drop(key_holder);
+    keeps_the_old_key(&mut nor, "a new volume");
+}
+
+/// The archive has higher numbers than a log that is lost: a later upload is still the newest.
+#[test]
+fn the_numbers_go_on_behind_those_of_the_archive_when_the_log_is_lost() {
+    let mut nor = board();
+    nor.overwrite(LOG, &vec![0xFF; PAGES * PAGE - LOG]);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    let counters = |key_holder: &mut KeyHolder| -> Vec<u32> {
+        key_holder.log().iter().map(|entry| entry.counter).collect()
+    };
+    assert_eq!(counters(&mut key_holder), [3]);
+    key_holder.upload(4).unwrap();
+    drop(key_holder);
+    let mut key_holder = KeyHolder::start(&mut nor);
+    assert_eq!(counters(&mut key_holder), [3, 4]);
+    let active = key_holder.storage.active().map(|active| active.set.id);
+    assert_eq!(active, Some(id(4)));
+}
+
 /// The old key's page is still there when the power goes before its erasure, and the entry may be damaged later.
 #[test]
 fn a_key_whose_entry_the_log_took_is_in_force_beside_the_old_one() {
@@ -236,9 +278,15 @@ fn a_key_whose_entry_the_log_took_is_in_force_beside_the_old_one() {
 
 #[test]
 fn with_a_full_log_the_old_key_stays_in_force() {
-    let mut nor = Nor::new(11);
+    let mut nor = Nor::new(12);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
     while key_holder.change(&KEY, Act::FactoryReset).is_ok() {}
+    // The last places are for new keys.
+    for _ in 0..8 {
+        assert_eq!(replace(&mut key_holder), Ok(Response::Done));
+        let back = key_holder.change(&OTHER_KEY, Act::Provision(KEY));
+        assert_eq!(back, Ok(Response::Done));
+    }
     assert_eq!(replace(&mut key_holder), Err(Refusal::LogFull));
     drop(key_holder);
     keeps_the_old_key(&mut nor, "full log");

@@ -19,6 +19,7 @@ enum Step {
     Reset,
     Provision,
     Rekey,
+    NewVolume,
 }
 
 impl Step {
@@ -28,6 +29,7 @@ impl Step {
             Self::Rollback(number) => key_holder.roll_back(number),
             Self::Reset => key_holder.change(&KEY, Act::FactoryReset),
             Self::Provision => key_holder.change(&KEY, Act::Provision(KEY)),
+            Self::NewVolume => key_holder.new_volume(),
             Self::Rekey => key_holder.change(&KEY, Act::Provision(OTHER_KEY)),
         }
     }
@@ -37,7 +39,8 @@ impl Step {
 #[derive(Debug, PartialEq)]
 struct View {
     active: Option<CoefficientSet>,
-    entries: usize,
+    /// The counters of its volume's first and last entry.
+    log: [u32; 2],
     key: Option<Key>,
 }
 
@@ -46,7 +49,9 @@ fn look(nor: &mut Nor, case: &str) -> View {
     let mut key_holder = KeyHolder::start(nor);
     let (log, active) = (key_holder.log(), key_holder.active());
     let counters = log.iter().map(|entry| entry.counter);
-    assert!(counters.eq(1..=log.len() as u32), "{case}: {log:?}");
+    let ends = [log.first(), log.last()].map(|entry| entry.map_or(0, |entry| entry.counter));
+    let whole = ends[0]..ends[0] + log.len() as u32;
+    assert!(counters.eq(whole), "{case}: {log:?}");
     let id = key_holder.storage.active().map(|active| active.set.id);
     assert_eq!(
         log.last().and_then(|entry| entry.id),
@@ -58,6 +63,7 @@ fn look(nor: &mut Nor, case: &str) -> View {
             pair[1].previous, pair[0].id,
             "{case}: entries follow on each other"
         );
+        assert_eq!(pair[1].chain, pair[0].hash(), "{case}: the chain is whole");
     }
     let key = [KEY, OTHER_KEY].into_iter().find(|key| {
         key_holder.now_ms += 100_000;
@@ -67,7 +73,7 @@ fn look(nor: &mut Nor, case: &str) -> View {
     assert_eq!(key.is_some(), key_holder.storage.is_provisioned(), "{case}");
     View {
         active,
-        entries: log.len(),
+        log: ends,
         key,
     }
 }
@@ -172,6 +178,14 @@ fn in_provisioning() {
     sweep(&sets(3), Step::Rekey);
 }
 
+#[test]
+fn in_a_new_volume() {
+    let second = [sets(2), vec![Step::NewVolume]].concat();
+    sweep(&sets(1), Step::NewVolume);
+    sweep(&second, Step::NewVolume);
+    sweep(&second, Step::Upload(3));
+}
+
 /// Any changes one after another; every second one is cut somewhere, and so is the repair after it.
 #[test]
 fn again_and_again_in_any_order() {
@@ -185,6 +199,7 @@ fn again_and_again_in_any_order() {
     for number in 1..1_000 {
         let step = match random.random_range(0..20) {
             0 => Step::Reset,
+            19 => Step::NewVolume,
             1..=4 if !recent.is_empty() => {
                 Step::Rollback(recent[random.random_range(0..recent.len())])
             }
@@ -200,6 +215,7 @@ fn again_and_again_in_any_order() {
         let found = look(&mut nor, &case);
         let wanted = match step {
             Step::Upload(number) | Step::Rollback(number) => Some(numbered(number)),
+            Step::NewVolume => old.active.clone(),
             _ => None,
         };
         let (is_old, is_new) = (found.active == old.active, found.active == wanted);

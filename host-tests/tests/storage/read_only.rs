@@ -67,7 +67,7 @@ fn a_change_that_was_interrupted_anywhere_is_not_completed() {
             let bytes = nor.bytes().to_vec();
             let mut storage = Storage::new(&mut nor, layout(PAGES), BOARD);
             storage.forbid_changes();
-            block_on(storage.load()).unwrap();
+            storage.load().unwrap();
             block_on(storage.complete(BUILD)).unwrap();
             drop(storage);
             assert!(nor.bytes() == bytes, "cut in operation {operation}");

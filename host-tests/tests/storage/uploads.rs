@@ -67,13 +67,13 @@ fn pieces_follow_each_other_and_end_where_the_announced_length_does() {
 fn pieces_and_commit_come_within_a_minute_of_the_tag() {
     let mut nor = Nor::new(PAGES);
     let mut key_holder = KeyHolder::with_sets(&mut nor, 1);
-    let bytes = encoded(&numbered(2));
-    for (begins_ms, ends_ms, refused) in [
-        (0, 60_000, None),
-        (0, 60_001, Some(Refusal::Expired)),
-        (60_000, 60_000, None),
-        (60_001, 60_001, Some(Refusal::Expired)),
+    for (number, begins_ms, ends_ms, refused) in [
+        (2, 0, 60_000, None),
+        (3, 0, 60_001, Some(Refusal::Expired)),
+        (4, 60_000, 60_000, None),
+        (5, 60_001, 60_001, Some(Refusal::Expired)),
     ] {
+        let bytes = encoded(&numbered(number));
         key_holder.change(&KEY, upload_of(&bytes)).unwrap();
         let begun_ms = key_holder.now_ms;
         key_holder.now_ms = begun_ms + begins_ms;

@@ -7,10 +7,11 @@ use hexsense_core::facts::{BoardFacts, FlashLayout};
 use hexsense_core::harmonics::{ChannelSums, DriveError, Uncertainty};
 use hexsense_core::live_motion::Motion;
 use hexsense_core::records::Entry;
-use hexsense_core::records::log::Reason;
+use hexsense_core::records::log::{Chain, Reason};
 use hexsense_core::records::{BaseError, BuildId, RecordError, SetId};
 use hexsense_core::sampling::BlockSize;
 use hexsense_core::wire::change::{Act, Change, Key, Statement};
+use hexsense_core::wire::log::Volume;
 use hexsense_core::wire::message::{
     ActiveSet, ChannelHarmonics, Chunk, Kept, encode_request, encode_response,
 };
@@ -118,6 +119,18 @@ const ENTRY: Entry = Entry {
     unix_s: 0x6162_6364,
     id: Some(ID),
     previous: None,
+    build: BUILD,
+    chain: HEAD,
+    reset: 0x7172_7374,
+    page: 0x8182,
+};
+const BUILD: BuildId = BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98]);
+const HEAD: Chain = *b"head of a volume";
+const VOLUME: Volume = Volume {
+    first: 0x0102_0304,
+    last: 0x1112_1314,
+    head: HEAD,
+    build: BUILD,
 };
 const KEPT: Kept = Kept {
     sequence: 0x3132_3334,
@@ -166,6 +179,7 @@ fn requests() -> String {
         Harmonics { .. } => Request::Harmonics { analyser: 2, channel: 13 },
         Motion { .. } => Request::Motion { analyser: 1 },
         Prove { .. } => Request::Prove { challenge: *b"0123456789abcdefghijklmnopqrstuv" },
+        LogProof { .. } => Request::LogProof { nonce: *b"nonce of the host, thirty-two b." },
     })
 }
 
@@ -186,6 +200,7 @@ fn responses() -> String {
         Harmonics { .. } => Response::Harmonics { drive: DRIVE, first_scan: 0x0102_0304, harmonics: fit() },
         Motion { .. } => Response::Motion { drive: DRIVE, first_scan: 0x0102_0304, motion: Ok(MOTION) },
         Proof { .. } => Response::Proof { statement: Statement { set: Some(ID), changes: 0x0102_0304 }, tag: [0xA7; 32] },
+        LogProof { .. } => Response::LogProof { volume: VOLUME, mac: *b"abcdefghijklmnopqrstuvwxyz678901" },
     })
 }
 
@@ -226,6 +241,7 @@ fn refusals() -> String {
         OptionBytes {} => Refusal::OptionBytes,
         KeyDamaged {} => Refusal::KeyDamaged,
         SameKey {} => Refusal::SameKey,
+        LogMoved {} => Refusal::LogMoved,
     })
 }
 
@@ -235,6 +251,7 @@ fn acts() -> String {
         Rollback { .. } => Act::Rollback(ID),
         FactoryReset {} => Act::FactoryReset,
         Provision { .. } => Act::Provision(Key(*b"ABCDEFGHIJKLMNOPQRSTUVWXYZ543210")),
+        NewVolume { .. } => Act::NewVolume { last: 0x3132_3334 },
     })
 }
 
@@ -252,6 +269,8 @@ fn reasons() -> String {
         FactoryReset {} => Reason::FactoryReset,
         Provision {} => Reason::Provision,
         Fallback {} => Reason::Fallback,
+        FirmwareChange {} => Reason::FirmwareChange,
+        NewVolume {} => Reason::NewVolume,
     })
 }
 
@@ -388,7 +407,7 @@ fn identity(reset: ResetCause) -> Response {
                 pages: 0x8182,
             },
         },
-        build: Some(BuildId([0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x98])),
+        build: Some(BUILD),
     })
 }
 
@@ -480,6 +499,7 @@ fn status() -> Status {
         },
         supply_is_old: true,
         key_damaged: true,
+        log_used: Some(0x0102),
     }
 }
 

@@ -1,14 +1,13 @@
 //! `hexsense factory-reset`: all coefficient sets are erased.
 
-use std::io::{self, BufRead, IsTerminal, Write};
-
-use anyhow::{bail, ensure};
+use anyhow::bail;
 use clap::Args;
 
 use super::arguments::{Key, Port};
+use super::confirm::confirm;
 use super::history::table;
 use crate::files;
-use crate::terminal::{self, Screen, say, tell};
+use crate::terminal::{self, say, tell};
 
 /// Erase all coefficient sets that the board keeps. It keeps measuring without coefficients; its key and its log stay.
 ///
@@ -41,11 +40,7 @@ impl FactoryReset {
             terminal::tell_text(&table(&history, client.active_set()?));
         }
         if !self.yes {
-            ensure!(
-                io::stdin().is_terminal(),
-                "standard input is no terminal, so the question cannot be asked, and nothing was erased; add --yes to erase without asking"
-            );
-            confirm(io::stdin().lock(), Screen)?;
+            confirm("Erase them all?", "nothing was erased")?;
         }
         let erased = client.factory_reset(&key)?;
         if client.active_set()?.is_some() || !client.history()?.is_empty() {
@@ -67,37 +62,5 @@ fn sets(count: usize) -> String {
         0 => "no coefficient set".to_owned(),
         1 => "1 coefficient set".to_owned(),
         count => format!("{count} coefficient sets"),
-    }
-}
-
-/// Asks once; every answer but yes is a no.
-fn confirm(mut from: impl BufRead, mut to: impl Write) -> anyhow::Result<()> {
-    write!(to, "Erase them all? Type yes: ")?;
-    to.flush()?;
-    let mut answer = String::new();
-    from.read_line(&mut answer)?;
-    ensure!(
-        answer.trim() == "yes",
-        "the answer was not yes, and nothing was erased"
-    );
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nothing_but_yes_is_yes() {
-        for answer in ["yes\n", "yes", " yes \r\n"] {
-            confirm(answer.as_bytes(), io::sink()).unwrap();
-        }
-        for answer in ["", "\n", "y\n", "YES\n", "no\n", "yes please\n"] {
-            let error = confirm(answer.as_bytes(), io::sink()).unwrap_err();
-            assert!(
-                error.to_string().contains("nothing was erased"),
-                "{answer:?}"
-            );
-        }
     }
 }

@@ -10,6 +10,7 @@ mod broken_off;
 mod calibrate;
 mod capture;
 mod characterise;
+mod confirm;
 #[cfg(test)]
 mod documents;
 mod factory_reset;
@@ -29,6 +30,7 @@ pub mod show;
 pub mod status;
 mod upload;
 mod verify;
+mod volume;
 
 use std::process::ExitCode;
 

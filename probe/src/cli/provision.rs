@@ -8,8 +8,9 @@ use hexsense_client::ChangeError;
 use hexsense_core::wire::Refusal;
 
 use super::arguments::{Key, Port};
+use super::confirm::confirm;
 use crate::fresh_key::FreshKey;
-use crate::terminal::say;
+use crate::terminal::{say, tell};
 use crate::{files, key_file};
 
 /// Give the board a key; from then on it takes changes (upload, rollback, factory-reset, another key) only with it.
@@ -30,6 +31,9 @@ pub struct Provision {
     /// Go on where the key file is there already: it stays beside the new one under another name
     #[arg(long)]
     new_key: bool,
+    /// Take a flash that holds something else for the board without asking
+    #[arg(long)]
+    yes: bool,
 }
 
 impl Provision {
@@ -57,6 +61,15 @@ impl Provision {
         let file = self.key.file(&board);
         if file.symlink_metadata().is_ok() && !self.new_key {
             bail!(self.is_there(&file, &id, old.is_some()));
+        }
+        if status.log_used.is_none() && !self.yes {
+            tell!(
+                "the flash of board {id} for coefficients holds something else, and no record of this firmware"
+            );
+            confirm(
+                "Erase it page by page, as the board needs it?",
+                "nothing has changed",
+            )?;
         }
         let fresh = FreshKey::make(&file)?;
         let sent = client.provision(old.as_ref().unwrap_or(&fresh.key), &fresh.key);

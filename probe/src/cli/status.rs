@@ -2,6 +2,7 @@
 
 use clap::Args;
 use hexsense_core::facts::BoardFacts;
+use hexsense_core::records::log::capacity;
 use hexsense_core::wire::message::ActiveSet;
 use hexsense_core::wire::status::{PathCycles, ResetCause, StackUse};
 use hexsense_core::wire::{AnalyserState, Status as BoardStatus, StreamContent};
@@ -137,6 +138,7 @@ impl Reading {
             None => "none; calibrate and upload a set".to_owned(),
         };
         lines.push(("coefficients", set));
+        lines.push(("log", log(status.log_used, capacity(&self.facts.flash))));
         lines.push((
             "last start",
             board_events::last_start(self.last_start, &status.resets),
@@ -335,6 +337,7 @@ impl Reading {
             "provisioned": status.provisioned,
             "key_damaged": status.key_damaged,
             "set": self.active.map(|set| json!({"id": set.id.to_string(), "sequence": set.sequence})),
+            "log": {"used": status.log_used, "capacity": capacity(&self.facts.flash)},
             "start": board_events::starts_to_json(self.last_start, &status.resets),
             "stack": {"deepest_bytes": status.stack.deepest, "bytes": status.stack.size},
             "panic": status.panic.as_deref(),
@@ -370,6 +373,24 @@ fn seconds(status: &BoardStatus) -> f64 {
 
 fn stack(StackUse { deepest, size }: StackUse) -> String {
     format!("{deepest} of {size} bytes used at most")
+}
+
+/// How full the log is; from nine tenths on with what to do.
+fn log(used: Option<u32>, capacity: u32) -> String {
+    let Some(used) = used else {
+        return "none: the flash holds what this firmware did not write; `hexsense provision` takes it for the board"
+            .to_owned();
+    };
+    let level = format!("{used} of {capacity} entries");
+    let advice =
+        "export it and begin its next volume with `hexsense log --export FILE --new-volume`";
+    if used >= capacity {
+        format!("{level}, FULL: the board takes no change but a new key; {advice}")
+    } else if u64::from(used) * 10 >= u64::from(capacity) * 9 {
+        format!("{level}, nearly full; {advice}")
+    } else {
+        level
+    }
 }
 
 fn clock(status: &BoardStatus) -> &'static str {

@@ -56,10 +56,16 @@ impl Upload {
         let key = self.key.load(&board)?;
         let mut buffer = [0; MAX_ENCODED];
         let encoded = set.encode(&mut buffer)?;
+        let id = CoefficientSet::id_of(encoded);
+        let before = client.active_set()?;
         let active = client.upload(encoded, &key)?;
+        let what = if before.is_some_and(|before| before.id == id) {
+            "was active already and nothing was changed: it"
+        } else {
+            "is active and"
+        };
         say!(
-            "set {} is active (change {} of this board) and reads back identical",
-            CoefficientSet::id_of(encoded),
+            "set {id} {what} reads back identical (change {} of this board)",
             active.sequence
         )?;
         Ok(())

@@ -24,6 +24,11 @@ pub const CAPTURE: Limit = Limit {
     bytes: 1 << 30,
     kind: "a capture",
 };
+/// An export of the log. A whole volume has less than 2 MB.
+pub const LOG: Limit = Limit {
+    bytes: 16 << 20,
+    kind: "an export of the log",
+};
 /// A key.
 pub const KEY: Limit = Limit {
     bytes: 1_024,

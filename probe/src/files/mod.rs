@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-pub use limit::{CAPTURE, KEY, Limit, NOTES, SETTINGS};
+pub use limit::{CAPTURE, KEY, LOG, Limit, NOTES, SETTINGS};
 pub use reading::read;
 
 /// Most letters that are told of what is wrong with a file.

@@ -83,7 +83,7 @@ impl Parts {
         *self.path = Path::default();
         self.begin(FACTS.rates_hz[0], BlockSize::default());
         self.storage = Storage::new(self.flash.clone(), FACTS.flash, self.uid);
-        block_on(self.storage.load()).unwrap();
+        self.storage.load().unwrap();
         block_on(self.storage.complete(BUILD)).unwrap();
         self.track();
     }
@@ -269,6 +269,7 @@ impl Board for Parts {
             },
             panic: None,
             option_bytes: OptionBytes::FACTORY,
+            log_used: self.storage.log_used(),
         }
     }
 

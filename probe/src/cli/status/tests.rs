@@ -104,6 +104,7 @@ fn reading() -> Reading {
         },
         supply_is_old: false,
         key_damaged: false,
+        log_used: Some(3_348),
     };
     Reading {
         status,
@@ -164,6 +165,7 @@ temperature    45.5 °C, more than 10 K from the calibration: calibrate again
 tilt, rough    roll 7.2°, pitch -14.3°
 key            provisioned; the board takes changes only with its key
 coefficients   set 01020304050607ab, uploaded with change 42
+log            3348 of 3720 entries, nearly full; export it and begin its next volume with `hexsense log --export FILE --new-volume`
 last start     watchdog: a part of the board made no progress, after 98.7 s
 starts         22 since power-on; resets: 1 by dips of the supply, 2 by the pin, 3 by software, 4 by panics, 5 by the watchdog, 6 by others, 7 by failures of the crystal
 stack          5120 of 8192 bytes used at most
@@ -304,6 +306,7 @@ fn the_document_has_every_figure_under_its_key() {
             "previous_uptime_s": 98.7,
         },
         "stack": {"deepest_bytes": 5_120, "bytes": 8_192},
+        "log": {"used": 3_348, "capacity": 3_720},
         "panic": "index out of bounds",
         "option_bytes": {
             "dual_bank": true,
@@ -333,4 +336,22 @@ fn scans_that_pass_while_the_rate_changes_are_no_losses_of_a_recording() {
         "{changed}"
     );
     assert!(restarts(40, Some(7), 2).contains("2 times after a fault"));
+}
+
+#[test]
+fn a_log_tells_what_to_do_from_nine_tenths_on() {
+    let told = |used| log(Some(used), 3_720);
+    assert_eq!(told(3_347), "3347 of 3720 entries");
+    for (used, word) in [
+        (3_348, "nearly full"),
+        (3_719, "nearly full"),
+        (3_720, "FULL"),
+        (3_736, "FULL"),
+    ] {
+        let told = told(used);
+        assert!(
+            told.contains(word) && told.contains("--new-volume"),
+            "{told}"
+        );
+    }
 }
