@@ -155,9 +155,15 @@ impl Trial {
         level: u32,
         last: u32,
     ) -> anyhow::Result<()> {
-        let key = change::Act::Provision(self.key_holder.key.clone());
+        let mut new = self.key_holder.key.clone();
+        new.0[0] ^= 0xFF;
+        let key = change::Act::Provision(new.clone());
         let replaced = self.key_holder.tagged(line, key)?;
         let replaced = line.ask(&replaced)?;
+        let old = self.key_holder.key.clone();
+        if replaced == Response::Done {
+            self.key_holder.key = new;
+        }
         let right = match replaced {
             Response::Done => level < last,
             Response::Refused(Refusal::LogFull) => level == last,
@@ -167,6 +173,8 @@ impl Trial {
             .check(right, || format!("level {level}: the key got {replaced:?}"));
         let used = line.status()?.log_used.unwrap_or_default();
         let next = self.key_holder.carry_out(line, &Act::NewVolume(used));
+        // The next level begins with the flash as it was.
+        self.key_holder.key = old;
         self.outcome
             .check(next.is_ok(), || format!("level {level}: {next:?}"));
         Ok(())
