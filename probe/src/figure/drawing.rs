@@ -318,7 +318,7 @@ mod tests {
         let second = 10.0 + 52.0 + 2.0 * 10.0 + 6.0 * 3.7 + 6.7;
         let third = second + 52.0 + 3.0 * 6.7;
         for place in [
-            format!("M10.0 10.0H34.0"),
+            "M10.0 10.0H34.0".to_owned(),
             format!("<rect class=\"band b\" x=\"{second:.1}\""),
             format!("M{third:.1} 10.0"),
         ] {
