@@ -209,7 +209,9 @@ impl Trial {
         line.run(EXPIRED)?;
         self.outcome.refused(line, &old, none)?;
         self.outcome.refused(line, &old, none)?;
-        let [upload, ..] = self.acts()?;
+        let mut room = [0; MAX_ENCODED];
+        let other = self.random.set(self.key_holder.board);
+        let upload = upload_of(other.encode(&mut room)?);
         let used = self.key_holder.tagged(line, upload)?;
         line.order(&used)?;
         self.outcome.inject();

@@ -3,12 +3,12 @@
 //! With the change Δ of a sensor's mean since the zero run, t seconds earlier,
 //!
 //! ```text
-//! statistic = |Δ| / √(w²·t/300 s + d²/2T + (g·δ)²)        limit = 6
+//! statistic = |Δ| / √(w²·t/300 s + d²/2T + (g·δ)² + s²)        limit = 6
 //! ```
 //!
 //! where w is the walk of the data sheet in five minutes, d the noise density in the zero run or of the data sheet, the
-//! larger one, T the shorter rest, and g·δ what the accelerometers feel of a base that stands as unevenly as
-//! [`super::home`] lets it.
+//! larger one, T the shorter rest, g·δ what the accelerometers feel of a base that stands as unevenly as
+//! [`super::home`] lets it, and s a step of the converter, which may calibrate itself differently at the next power-up.
 
 use hexsense_core::calibration::budget::uniform;
 use hexsense_core::channel::{INERTIAL, NAMES, Triad};
@@ -24,6 +24,8 @@ const DEVIATIONS: f64 = 6.0;
 const NOISE_LIMIT: f64 = 3.0;
 /// Scatter of the converter, counts: its noise and the rounding to codes of sixteen counts.
 const CONVERTER_COUNTS: f64 = 10.0;
+/// Counts of one LSB of the converter.
+const CODE_COUNTS: f64 = 16.0;
 /// Largest scatter at rest over that in movement of a sensor that answers.
 const ANSWERS: f64 = 0.5;
 /// Length of the arm that a tilted base turns, m: half the distance of the hinges of a small base.
@@ -150,5 +152,6 @@ fn change(channel: usize, rest: &Rest, zero: &Zero, sensors: &SensorFile, limit_
         Triad::LinearAcceleration => sensors.gravity.m_s2 * uniform(limit_m) / TILT_ARM_M,
         Triad::AngularAcceleration | Triad::AngularRate => 0.0,
     };
-    change / (walk + noise + tilt * tilt).sqrt()
+    let step = uniform(CODE_COUNTS) / counts_per_unit;
+    change / (walk + noise + tilt * tilt + step * step).sqrt()
 }

@@ -1,7 +1,7 @@
 //! What boards lie.
 
 use hexsense_core::facts::BoardFacts;
-use hexsense_core::wire::message::{ActiveSet, CHUNK, Kept};
+use hexsense_core::wire::message::{ActiveSet, CHUNK, Kept, LOG_ENTRIES};
 use hexsense_core::wire::telemetry::Header;
 use hexsense_core::wire::{PoseReport, Request, Response, Status, StreamContent};
 use hostile::liar::{
@@ -133,7 +133,7 @@ pub fn all(flood_s: u64) -> Vec<Lie> {
                 _ => None,
             },
         ),
-        says(&["log"], "the number of entries is 16392", |request| {
+        says(&["log"], "the number of entries is 16388", |request| {
             endless(request, 1)
         }),
         says(
@@ -242,7 +242,7 @@ fn endless(request: &Request, step: u32) -> Option<Response> {
     };
     Some(Response::Log {
         last: u32::MAX,
-        entries: (0..8).map(entry).collect(),
+        entries: (0..LOG_ENTRIES as u32).map(entry).collect(),
     })
 }
 

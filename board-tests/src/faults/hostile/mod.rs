@@ -100,7 +100,10 @@ impl Attack {
     /// Uploads that lie about their length, come out of order, or carry what is no set.
     fn uploads(&mut self, line: &mut Line, good: &CoefficientSet) -> anyhow::Result<()> {
         let mut room = [0; MAX_ENCODED];
-        let encoded = good.encode(&mut room)?.to_vec();
+        // Another set than the active one, which would be no change.
+        let mut other = good.clone();
+        other.unix_s += 1;
+        let encoded = other.encode(&mut room)?.to_vec();
         for length in [0, MAX_ENCODED as u16 + 1, u16::MAX] {
             let digest = [0; 32];
             let request = self
