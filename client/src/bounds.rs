@@ -12,7 +12,7 @@ use hexsense_core::records::MAX_ENCODED;
 use hexsense_core::wire::message::ActiveSet;
 use hexsense_core::wire::status::Resets;
 use hexsense_core::wire::telemetry::Header;
-use hexsense_core::wire::{BoardPose, Identity, PoseReport, Status};
+use hexsense_core::wire::{BoardPose, PoseReport, Status};
 
 use super::error::ProtocolError;
 
@@ -77,10 +77,6 @@ pub fn facts(facts: &BoardFacts) -> Result<(), ProtocolError> {
     let page = facts.flash.page_bytes;
     said.within("the bytes of a flash page", page, 1..=65_536)?;
     said.within("the number of flash pages", facts.flash.pages, 1..=4_096)
-}
-
-pub(crate) fn identity(identity: &Identity) -> Result<(), ProtocolError> {
-    facts(&identity.facts)
 }
 
 pub(crate) fn status(status: &Status) -> Result<(), ProtocolError> {

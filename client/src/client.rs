@@ -163,7 +163,7 @@ impl Client {
             let Response::Identity(identity) = self.conversation.ask(&Request::Identity)? else {
                 return Err(answer_error(&Request::Identity));
             };
-            bounds::identity(&identity)?;
+            bounds::facts(&identity.facts)?;
             if identity.build.is_some() || self.now() >= end {
                 return Ok(identity);
             }

@@ -70,9 +70,7 @@ impl Lockstep {
         self.socket.read_exact(&mut into[start..])?;
         Ok(length as usize)
     }
-}
 
-impl Lockstep {
     /// Takes the board's time after a slice. It must go on, because timeouts count by it: without a byte the board has run
     /// the whole slice, and bytes come no faster than a line carries them.
     fn set_time(&mut self, now: Duration, slice: Duration, bytes: u32) -> io::Result<()> {

@@ -7,8 +7,6 @@
 //! Until the commit the old set stays active, whatever happens. The commit is the one request that must not be asked
 //! twice: when its answer is lost, the board proves which set is active instead, and that it has forgotten the upload.
 
-use std::error::Error;
-
 use hexsense_core::records::{CoefficientSet, SetId};
 use hexsense_core::wire::change::{Act, Key};
 use hexsense_core::wire::message::{ActiveSet, CHUNK, Chunk};
@@ -116,11 +114,11 @@ impl Client {
         Ok(())
     }
 
-    fn commit(&mut self, id: SetId, key: &Key) -> Result<ActiveSet, UploadError> {
+    fn commit(&mut self, id: SetId, key: &Key) -> Result<(), UploadError> {
         let start = self.now();
         let commit = Request::UploadCommit;
         let error = match self.conversation.ask_once(&commit, CHANGE) {
-            Ok(Some(Response::Committed(active))) => return Ok(active),
+            Ok(Some(Response::Committed(_))) => return Ok(()),
             Ok(Some(_)) => answer_error(&commit),
             Ok(None) => self.conversation.silent(&commit, 1, start).into(),
             Err(LinkError::Refused(unlogged @ Refusal::Log)) => {
@@ -128,21 +126,13 @@ impl Client {
             }
             Err(error) => error,
         };
-        let statement = self.prove(key).map_err(|error| self.unsure(&error))?;
-        if statement.set != Some(id) {
-            return Err(UploadError::Before(error));
-        }
-        match self.active_set() {
-            Ok(Some(active)) if active.id == id => Ok(active),
-            Ok(_) => Err(self.unsure(&answer_error(&Request::ActiveSet))),
-            Err(error) => Err(self.unsure(&error)),
-        }
-    }
-
-    fn unsure(&self, reason: &dyn Error) -> UploadError {
-        UploadError::During {
-            reason: reason.to_string(),
-            port: self.port().to_owned(),
+        match self.prove(key) {
+            Ok(statement) if statement.set == Some(id) => Ok(()),
+            Ok(_) => Err(UploadError::Before(error)),
+            Err(reason) => Err(UploadError::During {
+                reason: reason.to_string(),
+                port: self.port().to_owned(),
+            }),
         }
     }
 }

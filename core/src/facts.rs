@@ -21,9 +21,10 @@ pub const ARCHIVE_PAGES: u32 = 8;
 /// Pages of the key: a new one is written beside the old one.
 const KEY_PAGES: u32 = 2;
 
-/// The least and the largest supply factor that a working board can have. A regulator holds its nominal output to a few percent, and the chip is
-/// made for 3.6 V at most, factor 1.09 (DS12288, general operating conditions); the reference that the supply is measured
-/// against, 1.182 to 1.232 V (DS12288, embedded voltage reference), is off by 2 % at most when its calibration is lost.
+/// The least and the largest supply factor that a working board can have. A regulator holds its nominal output to a few
+/// percent, and the chip is made for 3.6 V at most, factor 1.09 (DS12288, general operating conditions); the reference
+/// that the supply is measured against, 1.182 to 1.232 V (DS12288, embedded voltage reference), is off by 2 % at most when
+/// its calibration is lost.
 pub const SUPPLY_FACTORS: [f32; 2] = [0.9, 1.1];
 
 /// The numbers of one kind of board.

@@ -22,7 +22,6 @@
 //! | [`sample_path`] | a block of scans → values, sums, and the queue of the link |
 //! | [`server`] | the answer to each request, and the stream |
 //! | `bytes` | arrays of bytes in messages and records |
-//! | [`checksum`](mod@checksum) | CRC-32, of records and frames |
 //! | [`checksum`](mod@checksum) | CRC-32 of records and frames, SHA-256 |
 //! | [`wire`] | the serial link's messages and frames, used by both sides |
 //!

@@ -6,7 +6,6 @@
 use hexsense::FACTS;
 use hexsense_core::channel::{CHANNELS, INERTIAL, Scan};
 use hexsense_core::excitation::Program;
-use hexsense_core::kinematics::displacements;
 use hexsense_probe::analysis::RecordedRun;
 use hexsense_probe::capture::Capture;
 use hexsense_probe::geometry_file::GeometryFile;
@@ -48,9 +47,7 @@ impl Movement {
     pub fn new(name: &str, program: Program, rest_s: Option<f64>, base: &GeometryFile) -> Self {
         let geometry = &base.geometry;
         let jacks = rest_s.is_none().then(|| {
-            let last = (program.duration_s() / PROGRAM_PERIOD_S).ceil() as usize;
-            let times = (0..=last).map(|row| row as f64 * PROGRAM_PERIOD_S);
-            let rows = times.map(|time_s| displacements(geometry, &program.pose(geometry, time_s)));
+            let rows = program.jack_rows(geometry, PROGRAM_PERIOD_S);
             twin::Program::new(PROGRAM_PERIOD_S, rows.collect())
                 .expect("a program with an even period")
         });

@@ -62,9 +62,8 @@ impl fmt::Display for Unfit {
             f,
             "the bench is not what its files say, so there are no coefficients to upload"
         )?;
-        let open = self.0.iter().filter(|check| check.is_open());
-        open.into_iter()
-            .try_for_each(|check| write!(f, "\n  {}: {}", check.name, check.means))
+        let mut open = self.0.iter().filter(|check| check.is_open());
+        open.try_for_each(|check| write!(f, "\n  {}: {}", check.name, check.means))
     }
 }
 

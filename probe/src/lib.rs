@@ -7,7 +7,6 @@
 //! | [`plan`] | the movements, as large as the base allows, and the refusal of unsafe ones |
 //! | [`known_board`] | the board that is assumed where none can be asked |
 //! | [`key_file`], [`fresh_key`] | the key without which nothing on the board can be changed, and a new one |
-//! | [`key_file`] | the key without which nothing on the board can be changed |
 //! | [`log_file`] | a volume of the board's log that anybody with the key can check |
 //! | [`motion`] | the drive of the base: a person at its controller, or the twin |
 //! | [`record`] | from the board's stream to a [`capture`], run by run |

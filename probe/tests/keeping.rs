@@ -407,8 +407,8 @@ fn an_exported_log_is_checked_away_from_the_board_and_with_the_key_the_board_is_
     );
 }
 
-/// Every digit and letter of the file is changed in turn. Most changes break the chain or the form; the others do not bear
-/// the signature. A change of the signature itself needs the key to be seen.
+/// Every character of the file is changed in turn. Most changes break the chain or the form; the others do not bear the
+/// signature. A change of the signature itself needs the key to be seen.
 #[test]
 fn no_character_of_an_export_can_be_changed_unseen() {
     let desk = exported();
@@ -416,19 +416,14 @@ fn no_character_of_an_export_can_be_changed_unseen() {
     let key = key_file::load(&desk.path().join(KEY_FILE)).unwrap();
     let log = LogFile::parse("one.log", &whole).unwrap();
     assert!(log.is_signed(&key) && volume_flaws(&log.entries, &log.volume).is_empty());
-    for (at, byte) in whole.bytes().enumerate() {
-        let other = match byte {
-            b'0'..=b'8' | b'a'..=b'e' => byte + 1,
-            b'9' | b'f' => byte - 1,
-            _ => continue,
-        };
+    for at in 0..whole.len() {
         let mut forged = whole.clone().into_bytes();
-        forged[at] = other;
+        forged[at] ^= 1;
         let forged = String::from_utf8(forged).unwrap();
-        let is_seen = LogFile::parse("one.log", &forged).is_ok_and(|log| {
+        let passes = LogFile::parse("one.log", &forged).is_ok_and(|log| {
             volume_flaws(&log.entries, &log.volume).is_empty() && log.is_signed(&key)
         });
-        assert!(!is_seen, "{}", &whole[at.saturating_sub(20)..at + 1]);
+        assert!(!passes, "{}", &whole[at.saturating_sub(20)..at + 1]);
     }
 }
 

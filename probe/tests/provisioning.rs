@@ -56,8 +56,11 @@ fn a_key_that_exists_is_never_sent() {
     let old = format!("{KEY_FILE}.old-1");
     assert!(said.contains(&old), "{said}");
     assert!(key_file::load(&desk.path().join(&old)).unwrap() == KEY);
-    assert!(key_file::load(&desk.path().join(KEY_FILE)).unwrap() != KEY);
+    let fresh = key_file::load(&desk.path().join(KEY_FILE)).unwrap();
+    assert!(fresh != KEY);
     assert!(!heard(&KEY.0[1..]));
+    let pieces = fresh.0.split(|byte| *byte == 0);
+    assert!(pieces.filter(|piece| piece.len() > 4).all(heard));
     assert!(desk.says(&["info"]).contains("board proven"));
 }
 
@@ -234,13 +237,15 @@ fn a_damaged_key_is_told_with_what_to_do_and_nothing_can_be_changed() {
 fn verify_stops_before_anything_moves_when_the_board_is_not_the_one_of_the_key() {
     let bench = fake::bench::Bench::new(|_| {});
     assert!(bench.record("calibrate").status.success());
+    assert!(bench.hexsense(&["upload", "campaign"]).status.success());
     key_file::create(&bench.folder.path().join("other.key")).unwrap();
     let output = bench.record_at("verify", &["--key", "other.key"]);
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(
-        !output.status.success() && error.contains("NOT PROVEN"),
+        !output.status.success() && error.contains("the board is NOT PROVEN"),
         "{error}"
     );
+    assert!(!bench.campaign().is_recorded("held-out"));
     assert!(
         !bench
             .folder

@@ -205,13 +205,17 @@ fn blocks_whose_counts_have_no_known_scale_and_numbers_that_are_none_are_in_no_r
         let mut recorder = Recorder::start(&mut client, streaming, &interrupt).unwrap();
         let log = Log::default();
         recorder.begin(vec![Box::new(log.clone())]).unwrap();
-        recorder.next_block().unwrap();
+        let mut good = vec![recorder.next_block().unwrap().header.first_scan];
         board.lock().unwrap().fault = fault;
         let next = recorder.next_scan();
         let error = loop {
             match recorder.next_block() {
                 // One that was on its way.
-                Ok(block) => assert!(block.header.first_scan < next + 32, "{fault:?} is recorded"),
+                Ok(block) => {
+                    let scan = block.header.first_scan;
+                    assert!(scan < next + 32, "{fault:?} is recorded");
+                    good.push(scan);
+                }
                 Err(error) => break error,
             }
         };
@@ -221,5 +225,11 @@ fn blocks_whose_counts_have_no_known_scale_and_numbers_that_are_none_are_in_no_r
             _ => None,
         };
         assert_eq!(found, Some(named), "{error}");
+        let log = log.0.borrow();
+        let blocks = log.iter().filter_map(|got| match got {
+            Got::Block(scan) => Some(*scan),
+            _ => None,
+        });
+        assert!(blocks.eq(good), "{fault:?}: {log:?}");
     }
 }

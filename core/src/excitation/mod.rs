@@ -1,7 +1,7 @@
 //! Program signals: the movements of the base for the calibration of its sensors.
 //!
 //! A *program* moves some degrees of freedom by a *signal* each, all others held at home. Its samples become six
-//! jack programs through inverse kinematics ([`Program::pose`], then [`crate::kinematics::displacements`]).
+//! jack programs through inverse kinematics ([`Program::jack_rows`]).
 //!
 //! | signal | used for | file |
 //! |---|---|---|

@@ -4,7 +4,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::{Multisine, Ramps, Sine};
-use crate::kinematics::{Angles, Convention, Geometry, Pose};
+use crate::kinematics::{Angles, Convention, Geometry, Pose, displacements};
 
 /// Degrees of freedom, in the order of displacements: X, Y, Z, γ, ψ, ϑ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -128,5 +128,17 @@ impl Program {
         let [x, y, z, roll, yaw, pitch] = self.displacement(t_s);
         let position = geometry.home().position + Vector3::new(x, y, z);
         Convention::Gost.pose(position, Angles { roll, pitch, yaw })
+    }
+
+    /// The six jack programs: displacements from mid-stroke, m, every `period_s` seconds from the start to the first row at
+    /// or behind the end.
+    pub fn jack_rows(
+        &self,
+        geometry: &Geometry<f64>,
+        period_s: f64,
+    ) -> impl Iterator<Item = [f64; 6]> {
+        let last = libm::ceil(self.duration_s() / period_s) as usize;
+        (0..=last)
+            .map(move |row| displacements(geometry, &self.pose(geometry, row as f64 * period_s)))
     }
 }

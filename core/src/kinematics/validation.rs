@@ -117,7 +117,8 @@ pub enum GeometryError<T: RealField + Copy> {
 
 impl<T: RealField + Copy> Geometry<T> {
     /// A base with hinges `lower` (earth frame) and `upper` (body frame), axes with Y up, and hinge-to-hinge lengths
-    /// from `length_min_m` to `length_max_m`; all in metres. Without `home_height_m`, home is at mid-stroke with the platform above its lower hinges.
+    /// from `length_min_m` to `length_max_m`; all in metres. Without `home_height_m`, home is at mid-stroke with the
+    /// platform above its lower hinges.
     ///
     /// # Errors
     /// Everything that [`GeometryError`] names. A home height given as a rounded number may put home off mid-stroke,

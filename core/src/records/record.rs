@@ -4,8 +4,9 @@
 //! | postcard of the set | build of the firmware 8, if known | ratiometric channels u16 LE, if there are any | CRC-32 LE |
 //! ```
 //!
-//! The CRC-32 (IEEE) is that of all before it. The identity of a set is the first eight bytes of the SHA-256 of those bytes: two sets with one identity have one
-//! content. A set is either read whole, with a matching checksum and usable numbers, or not at all.
+//! The CRC-32 (IEEE) is that of all before it. The identity of a set is the first eight bytes of the SHA-256 of all these
+//! bytes: two sets with one identity have one content. A set is either read whole, with a matching checksum and usable
+//! numbers, or not at all.
 
 use core::fmt;
 
@@ -159,25 +160,18 @@ impl CoefficientSet {
         let too_short = RecordError::Length {
             length: capacity as u32,
         };
-        let mut body = postcard::to_slice(self, buffer)
+        let mut end = postcard::to_slice(self, buffer)
             .map_err(|_| too_short)?
             .len();
-        let mut add = |buffer: &mut [u8], bytes: &[u8]| {
-            let end = body + bytes.len();
-            let place = buffer.get_mut(body..end).ok_or(too_short)?;
-            place.copy_from_slice(bytes);
-            body = end;
-            Ok(end)
-        };
         if let Some(build) = &self.build {
-            add(buffer, &build.0)?;
+            end = put(buffer, end, &build.0).ok_or(too_short)?;
         }
         if self.ratiometric != Ratiometric::NONE {
-            add(buffer, &self.ratiometric.bits().to_le_bytes())?;
+            let channels = self.ratiometric.bits().to_le_bytes();
+            end = put(buffer, end, &channels).ok_or(too_short)?;
         }
-        let end = add(buffer, &[])?;
         let sum = checksum(&buffer[..end]).to_le_bytes();
-        let end = add(buffer, &sum)?;
+        end = put(buffer, end, &sum).ok_or(too_short)?;
         Ok(&buffer[..end])
     }
 
@@ -239,6 +233,13 @@ impl CoefficientSet {
         }
         Ok(())
     }
+}
+
+/// Puts `bytes` into `buffer` from `start` on and returns their end; `None` when it is too short.
+fn put(buffer: &mut [u8], start: usize, bytes: &[u8]) -> Option<usize> {
+    let end = start + bytes.len();
+    buffer.get_mut(start..end)?.copy_from_slice(bytes);
+    Some(end)
 }
 
 impl TriadCoefficients {

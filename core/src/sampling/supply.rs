@@ -10,8 +10,8 @@ use crate::facts::SUPPLY_FACTORS;
 pub const READINGS_HZ: u32 = 10;
 /// Readings that make up the mean.
 pub const READINGS: u8 = 16;
-/// The lowest and the highest temperature that the die of a working chip can have, °C: its junction may have -40 to 130 °C (DS12288, thermal
-/// characteristics), and the sensor is off by some kelvin.
+/// The lowest and the highest temperature that the die of a working chip can have, °C: its junction may have -40 to 130 °C
+/// (DS12288, thermal characteristics), and the sensor is off by some kelvin.
 pub const DIE_C: [f32; 2] = [-50.0, 140.0];
 /// Refused readings in a row after which the mean is old: those of a second.
 const OLD: u8 = READINGS_HZ as u8;

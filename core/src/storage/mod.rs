@@ -189,12 +189,10 @@ impl<F: NorFlash> Storage<F> {
         now_ms: u64,
         random: impl AsyncFnOnce(&mut Challenge) -> bool,
     ) -> Result<Response, Refusal> {
+        if self.read_only && command.is_change() {
+            return Err(Refusal::OptionBytes);
+        }
         match command {
-            StorageCommand::Change(..) | StorageCommand::Chunk(..) | StorageCommand::Commit
-                if self.read_only =>
-            {
-                Err(Refusal::OptionBytes)
-            }
             StorageCommand::ActiveSet => Ok(Response::ActiveSet(
                 self.active.as_ref().map(|active| active.set),
             )),

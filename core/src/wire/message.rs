@@ -118,6 +118,7 @@ pub enum Request {
     /// Sign the log, see [`super::log`] → [`Response::LogProof`].
     LogProof {
         /// A number of the host's.
+        #[serde(deserialize_with = "crate::bytes::read")]
         nonce: Nonce,
     },
 }

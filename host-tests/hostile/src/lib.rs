@@ -9,8 +9,9 @@
 //! - [`records`]: bytes that may be a coefficient set, and flash with anything in it.
 //! - [`host`]: the host's commands and its recorder, on the line to a board that says anything.
 //!
-//! [`liar`] is that board, also for tests of the host tool. The others share [`input`], the starting points in [`bases`], a [`key_holder`] of the flash, [`nor_flash`], a flash memory
-//! whose power can be cut at any operation, and the [`sets`] that are stored in it.
+//! [`liar`] is that board, also for tests of the host tool. The others share [`input`], the starting points in [`bases`],
+//! a [`key_holder`], [`nor_flash`], a flash memory whose power can be cut at any operation, and the [`sets`] that are
+//! stored in it.
 
 pub mod bases;
 pub mod frames;

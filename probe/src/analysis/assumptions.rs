@@ -213,5 +213,5 @@ type Tolerance<'a> = &'a mut dyn FnMut(Cause, &dyn Fn(&mut Assumptions));
 /// Code of the internal reference, about 1.21 V, at 3.3 V and at the factory's 3.0 V.
 const REFERENCE_CODE: f64 = 1_504.0;
 const FACTORY_CODE: f64 = 1_655.0;
-/// Conversions that the board adds up into a count.
-const COUNTS_PER_CODE: f64 = 16.0;
+/// Counts of one code of the converter: the board adds up so many conversions.
+pub const COUNTS_PER_CODE: f64 = 16.0;

@@ -57,6 +57,13 @@ impl Check {
     pub fn is_open(&self) -> bool {
         self.verdict == Verdict::Fail && self.accepted.is_none()
     }
+
+    /// The figure that is judged, and its limit, as people read them.
+    #[must_use]
+    pub fn figures(&self) -> [String; 2] {
+        [self.statistic, self.limit]
+            .map(|value| value.map_or("–".to_owned(), |value| format!("{value:.2e}")))
+    }
 }
 
 /// A figure of one jack or channel, and its limit.

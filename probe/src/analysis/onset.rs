@@ -5,8 +5,7 @@
 //! jack hides no start.
 
 use hexsense_core::channel::{INERTIAL, JACKS};
-use hexsense_core::excitation::Program;
-use hexsense_core::kinematics::{Geometry, displacements};
+use hexsense_core::kinematics::Geometry;
 
 use super::AnalysisError;
 use super::condense::Counts;
@@ -24,7 +23,9 @@ impl Counts<'_> {
     pub fn onset_s(&self, geometry: &Geometry<f64>) -> Result<f64, AnalysisError> {
         let stride = (f64::from(self.run.rate_hz) * SEARCH_STEP_S).round() as usize;
         let (mut best, mut best_fit) = (0, 0.0);
-        for (jack, program) in most_moved(&self.run.program, geometry) {
+        let rows = self.program_rows(geometry);
+        for jack in most_moved(&rows) {
+            let program: Vec<f64> = rows.iter().map(|row| row[jack]).collect();
             let scans = self.channels.iter().step_by(stride);
             let measured: Vec<f64> = scans.map(|scan| scan[INERTIAL + jack]).collect();
             let (place, fit) = best_place(&measured, &program);
@@ -43,6 +44,12 @@ impl Counts<'_> {
         }
         Ok(best as f64 * SEARCH_STEP_S)
     }
+
+    /// What the jacks are told to do, m: rows every [`SEARCH_STEP_S`].
+    pub(super) fn program_rows(&self, geometry: &Geometry<f64>) -> Vec<[f64; JACKS]> {
+        let rows = self.run.program.jack_rows(geometry, SEARCH_STEP_S);
+        rows.collect()
+    }
 }
 
 /// The place of `program` in `measured` where the two correlate best, and their correlation there.
@@ -59,21 +66,8 @@ fn is_found(fit: f64) -> bool {
     fit >= 0.9
 }
 
-/// The jacks that a program moves at least half as far as the one that it moves most, this one first, and their
-/// displacements every [`SEARCH_STEP_S`].
-pub(super) fn most_moved(
-    program: &Program,
-    geometry: &Geometry<f64>,
-) -> impl Iterator<Item = (usize, Vec<f64>)> {
-    let steps = (program.duration_s() / SEARCH_STEP_S).ceil() as usize;
-    let rows: Vec<[f64; JACKS]> = (0..=steps)
-        .map(|step| {
-            displacements(
-                geometry,
-                &program.pose(geometry, step as f64 * SEARCH_STEP_S),
-            )
-        })
-        .collect();
+/// The jacks that a program with these rows moves at least half as far as the one that it moves most, this one first.
+pub(crate) fn most_moved(rows: &[[f64; JACKS]]) -> Vec<usize> {
     let ranges: [f64; JACKS] = core::array::from_fn(|jack| {
         let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(low, high), row| {
             (low.min(row[jack]), high.max(row[jack]))
@@ -85,8 +79,6 @@ pub(super) fn most_moved(
     let least = ranges[jacks[0]] / 2.0;
     jacks.retain(|jack| ranges[*jack] >= least);
     jacks
-        .into_iter()
-        .map(move |jack| (jack, rows.iter().map(|row| row[jack]).collect()))
 }
 
 /// Correlation of the start of `measured` with `program`, −1 to 1; `None` when it is too short or does not move.

@@ -32,8 +32,8 @@ impl Sweep {
         let start_s = onset_s + sine.estimate_start_s();
         let range = counts.stretch(start_s, start_s + sine.estimate_s)?;
         let rate = f64::from(counts.run.rate_hz);
-        let jack = most_moved(&counts.run.program, geometry).next();
-        let channel = INERTIAL + jack.map_or(0, |(jack, _)| jack);
+        let jacks = most_moved(&counts.program_rows(geometry));
+        let channel = INERTIAL + jacks.first().unwrap_or(&0);
         let series: Vec<f64> = counts.channels[range.clone()]
             .iter()
             .map(|scan| scan[channel])

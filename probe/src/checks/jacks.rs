@@ -20,6 +20,7 @@ use nalgebra::Vector4;
 
 use super::movements::{Movement, Movements, STEP_S};
 use crate::analysis::check::{Check, Figure, Verdict, jack_name, judge};
+use crate::analysis::onset::most_moved;
 
 /// Largest deviation of a jack's gain from one: several times what a displacement transducer (0.05 %), the converter
 /// (0.1 %) and a servo at rest (0.1 %) promise.
@@ -90,19 +91,10 @@ fn right_programs(movements: &Movements) -> Check {
 
 /// Share of the jacks that a run moves, at least half as far as the one that it moves most, which do not follow.
 fn astray(movement: &Movement) -> f64 {
-    let range = |jack: usize| {
-        let column = movement.program.iter().map(|row| row[jack]);
-        let (low, high) = column.fold((f64::MAX, f64::MIN), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-        high - low
-    };
-    let ranges: [f64; JACKS] = core::array::from_fn(range);
-    let most = ranges.iter().copied().fold(0.0, f64::max);
-    let moving = || (0..JACKS).filter(|jack| ranges[*jack] >= most / 2.0);
+    let moving = most_moved(&movement.program);
     let follows =
-        |jack: &usize| following(|| rows(movement, *jack, *jack)).is_some_and(|f| f.is_good());
-    1.0 - moving().filter(follows).count() as f64 / moving().count() as f64
+        |jack: &&usize| following(|| rows(movement, **jack, **jack)).is_some_and(|f| f.is_good());
+    1.0 - moving.iter().filter(follows).count() as f64 / moving.len() as f64
 }
 
 /// Whether each jack follows its program at all, and if not, whose program it follows.

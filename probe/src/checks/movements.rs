@@ -3,7 +3,6 @@
 use core::ops::Range;
 
 use hexsense_core::channel::{CHANNELS, INERTIAL, JACKS};
-use hexsense_core::kinematics::displacements;
 
 use crate::analysis::assumptions::Assumptions;
 use crate::analysis::condense::Counts;
@@ -49,11 +48,7 @@ impl<'a> Movements<'a> {
             let mut program = Vec::new();
             let mut during = None;
             if !run.program.signals.is_empty() {
-                let steps = (run.program.duration_s() / STEP_S).floor() as usize;
-                let row = |step: usize| {
-                    displacements(geometry, &run.program.pose(geometry, step as f64 * STEP_S))
-                };
-                program = (0..=steps).map(row).collect();
+                program = run.program.jack_rows(geometry, STEP_S).collect();
                 during = match counts.onset_s(geometry) {
                     Ok(onset_s) => {
                         let first = (onset_s / STEP_S).round() as usize;

@@ -15,6 +15,7 @@ use hexsense_core::channel::{INERTIAL, NAMES, Triad};
 
 use super::movements::Movements;
 use super::rests::{Rest, Zero, deviation, runs_beyond};
+use crate::analysis::assumptions::COUNTS_PER_CODE;
 use crate::analysis::check::{Check, Figure, judge};
 use crate::sensor_file::SensorFile;
 
@@ -24,8 +25,6 @@ const DEVIATIONS: f64 = 6.0;
 const NOISE_LIMIT: f64 = 3.0;
 /// Scatter of the converter, counts: its noise and the rounding to codes of sixteen counts.
 const CONVERTER_COUNTS: f64 = 10.0;
-/// Counts of one LSB of the converter.
-const CODE_COUNTS: f64 = 16.0;
 /// Largest scatter at rest over that in movement of a sensor that answers.
 const ANSWERS: f64 = 0.5;
 /// Length of the arm that a tilted base turns, m: half the distance of the hinges of a small base.
@@ -152,6 +151,6 @@ fn change(channel: usize, rest: &Rest, zero: &Zero, sensors: &SensorFile, limit_
         Triad::LinearAcceleration => sensors.gravity.m_s2 * uniform(limit_m) / TILT_ARM_M,
         Triad::AngularAcceleration | Triad::AngularRate => 0.0,
     };
-    let step = uniform(CODE_COUNTS) / counts_per_unit;
+    let step = uniform(COUNTS_PER_CODE) / counts_per_unit;
     change / (walk + noise + tilt * tilt + step * step).sqrt()
 }

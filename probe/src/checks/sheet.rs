@@ -13,6 +13,7 @@
 use hexsense_core::channel::{INERTIAL, NAMES, Triad};
 use nalgebra::Vector3;
 
+use crate::analysis::assumptions::COUNTS_PER_CODE;
 use crate::analysis::check::{Check, Figure, judge};
 use crate::analysis::results::Analysis;
 use crate::sensor_file::SensorFile;
@@ -23,8 +24,6 @@ const TILT_DEVIATIONS: f64 = 4.0;
 const ALONG: f64 = 0.7;
 /// More sensors than these do not lie wrong by themselves.
 const MOST: usize = 4;
-/// Counts of one LSB of the converter.
-const COUNTS_PER_CODE: f64 = 16.0;
 
 /// What is known of one sensor.
 struct Sensor {

@@ -22,9 +22,9 @@ use crate::terminal::{self, say, tell};
 /// Record a calibration campaign and compute offsets, matrices and their uncertainties.
 ///
 /// Drives the base along the planned movements (`hexsense plan` shows them), records what the board measures, and
-/// writes coefficients.toml, results.json, characteristics.json and report.html into the campaign's folder. On a real base, load the jack
-/// program that hexsense names into the motion controller, and start it when hexsense says so; with --twin the runs start
-/// by themselves. Nothing on the board changes: `hexsense upload` does that.
+/// writes coefficients.toml, results.json, characteristics.json and report.html into the campaign's folder. On a real
+/// base, load the jack program that hexsense names into the motion controller, and start it when hexsense says so; with
+/// --twin the runs start by themselves. Nothing on the board changes: `hexsense upload` does that.
 ///
 /// In sine runs the board sums up harmonics at the drive frequencies, in blocks of 1 to 32 scans. It would mistake a
 /// disturbance at m·RATE/BLOCK ± k·f for harmonic k of the drive f; hexsense takes the largest block that keeps every
@@ -226,14 +226,13 @@ fn accepted(text: &str) -> Result<Accepted, String> {
 /// One line for each check: its name, how it came out, its figure and its limit.
 fn checks(checks: &[Check]) -> String {
     let line = |check: &Check| {
-        let figure =
-            |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2e}"));
+        let [statistic, limit] = check.figures();
         format!(
             "{:<20} {:<15} {:>9} of {:>9} {}, {}\n",
             check.name,
             check.verdict.name(),
-            figure(check.statistic),
-            figure(check.limit),
+            statistic,
+            limit,
             check.unit,
             check.names.join(" ")
         )

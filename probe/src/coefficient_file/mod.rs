@@ -17,6 +17,7 @@ use hexsense_core::channel::NAMES;
 use hexsense_core::records::{CoefficientSet, MAX_ENCODED, MAX_VALUE, RecordError};
 
 use crate::files::{self, FileError, SETTINGS};
+use crate::sensor_file::table_of;
 use keys::{FORMAT, Keys};
 pub use sources::{Sources, text_digest};
 pub use table::table;
@@ -217,19 +218,12 @@ fn too_large(file: &str, set: &CoefficientSet, reason: RecordError) -> Coefficie
     let row = largest.unwrap_or_default();
     CoefficientFileError::Values {
         file,
-        table: TABLES[triad as usize],
+        table: table_of(triad),
         row: row + 1,
         channel: NAMES[first + row],
         value: reach(row),
     }
 }
-
-/// Names of the triads' tables.
-const TABLES: [&str; 3] = [
-    "linear_acceleration",
-    "angular_acceleration",
-    "angular_rate",
-];
 
 #[cfg(test)]
 mod printed;

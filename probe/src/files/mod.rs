@@ -6,10 +6,10 @@
 //!
 //! A file that is read whole has a [`Limit`], so that no file, and no device in its place, takes all memory.
 
-use std::fmt::Display;
 mod limit;
 mod reading;
 
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::ops::RangeInclusive;

@@ -5,8 +5,6 @@
 
 use std::fmt::Write as _;
 
-use hexsense_core::kinematics::displacements;
-
 use super::Run;
 use crate::geometry_file::GeometryFile;
 
@@ -14,16 +12,12 @@ use crate::geometry_file::GeometryFile;
 #[must_use]
 pub fn jack_program(run: &Run, geometry: &GeometryFile, period_s: f64) -> String {
     let program = run.program();
-    let rows = (program.duration_s() / period_s).ceil() as usize;
+    let rows = program.jack_rows(&geometry.geometry, period_s);
     let mut text = String::from("time_s,jack1_m,jack2_m,jack3_m,jack4_m,jack5_m,jack6_m\n");
-    for row in 0..=rows {
-        let time_s = row as f64 * period_s;
+    for (row, jacks) in rows.enumerate() {
         // Writing to a string cannot fail.
-        let _ = write!(text, "{time_s:.4}");
-        for jack in displacements(
-            &geometry.geometry,
-            &program.pose(&geometry.geometry, time_s),
-        ) {
+        let _ = write!(text, "{:.4}", row as f64 * period_s);
+        for jack in jacks {
             let _ = write!(text, ",{jack:.9}");
         }
         text.push('\n');

@@ -39,13 +39,9 @@ impl OnsetWatch {
     pub fn new(run: &Run, geometry: &GeometryFile, rest: AtRest) -> Self {
         let (program, base) = (run.program(), &geometry.geometry);
         let home = displacements(base, &base.home());
-        let steps = (program.duration_s() / STEP_S) as usize;
-        let from_home = |step: usize| {
-            let now = displacements(base, &program.pose(base, step as f64 * STEP_S));
-            std::array::from_fn(|jack| now[jack] - home[jack])
-        };
+        let from_home = |now: [f64; JACKS]| std::array::from_fn(|jack| now[jack] - home[jack]);
         Self {
-            program: (0..=steps).map(from_home).collect(),
+            program: program.jack_rows(base, STEP_S).map(from_home).collect(),
             rest,
         }
     }

@@ -33,8 +33,7 @@ pub fn section(page: &mut Page, input: &ReportInput) {
 }
 
 fn line(check: &Check) -> String {
-    let figure =
-        |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2e}"));
+    let [statistic, limit] = check.figures();
     let verdict = match check.accepted {
         Some(_) => "fail, accepted",
         None => check.verdict.name(),
@@ -42,8 +41,8 @@ fn line(check: &Check) -> String {
     row([
         ("name", text(&check.name).to_string()),
         ("", verdict.to_owned()),
-        ("n", figure(check.statistic)),
-        ("n", figure(check.limit)),
+        ("n", statistic),
+        ("n", limit),
         ("", text(&check.unit).to_string()),
         ("", text(&check.names.join(", ")).to_string()),
     ])

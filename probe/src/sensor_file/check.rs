@@ -174,8 +174,8 @@ impl TriadSheet {
     }
 }
 
-/// Name of a triad's table in the file.
-fn table_of(triad: Triad) -> &'static str {
+/// Name of a triad's table, here and in the coefficient file.
+pub fn table_of(triad: Triad) -> &'static str {
     match triad {
         Triad::LinearAcceleration => "linear_acceleration",
         Triad::AngularAcceleration => "angular_acceleration",

@@ -22,6 +22,7 @@ use serde::Deserialize;
 
 use crate::files::{self, FileError, SETTINGS};
 use crate::known_board;
+pub use check::table_of;
 
 /// The data sheets of everything that is wired to the board.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -136,8 +136,12 @@ impl FakeBoard {
 
     /// A board without a key.
     pub fn unprovisioned(source: Box<dyn Source>) -> Self {
+        Self::with(Parts::new(source))
+    }
+
+    fn with(parts: Parts) -> Self {
         Self {
-            server: Server::new(Parts::new(source)),
+            server: Server::new(parts),
             cut: false,
             heard: Vec::new(),
             lose_blocks: 0..0,
@@ -170,23 +174,17 @@ impl FakeBoard {
         parts.fault = Fault::None;
         parts.start();
         Self {
-            server: Server::new(parts),
-            cut: false,
             heard,
             lose_blocks,
             pace,
-            deframer: Deframer::default(),
             requests,
-            late: Vec::new(),
-            blocks: 0,
-            lie: |_| Lie::None,
-            held: Vec::new(),
+            ..Self::with(parts)
         }
     }
 
-    /// Lets all requests arrive that somebody on the line holds back; what the board answers.
+    /// Lets all requests arrive that somebody on the line held back, again with each call; what the board answers.
     pub fn deliver(&mut self) -> Vec<Response> {
-        let held = std::mem::take(&mut self.held);
+        let held = self.held.clone();
         let answers = held.into_iter().map(|mut frame| {
             let mut answer = self.answer(&mut frame);
             let length = answer.len() - 1;

@@ -78,8 +78,8 @@ impl Entry {
     /// Hash of all of the entry, which the next one carries as its [`Entry::chain`].
     #[must_use]
     pub fn hash(&self) -> Chain {
-        let [chain @ .., _, _, _, _, _, _, _, _, _, _, _, _, _, _, _, _] =
-            sha256(&self.encode()[..CHECKED]);
+        let mut chain = Chain::default();
+        chain.copy_from_slice(&sha256(&self.encode()[..CHECKED])[..16]);
         chain
     }
 
